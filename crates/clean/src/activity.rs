@@ -86,6 +86,7 @@ impl PixelActivity {
         let width = usize::from(self.sensor.width);
         for (&x, &y) in events.x().iter().zip(events.y()) {
             let count = &mut self.counts[usize::from(y) * width + usize::from(x)];
+            // A count that wraps around would make the hottest pixel a cold one.
             *count = count.saturating_add(1);
         }
         if let (Some(&first), Some(&last)) = (events.t().first(), events.t().last()) {
@@ -244,6 +245,7 @@ mod tests {
         let mut counts = vec![0; SENSOR.pixels()];
         counts[0] = 10_000;
         counts[7] = 9_999;
+        // In 20,000 s this is half an event a second, below the least rate.
         let hours = activity(counts, 20_000);
         assert!(hours.hot(HotRule::default()).is_empty());
         assert_eq!(hours.mask(HotRule::DHP19).pixels, [(0, 0)]);

@@ -178,12 +178,14 @@ impl Cleaner for Background {
             // With one map for each polarity, only events of the same confirm.
             let map = apart * usize::from(polarity.is_on());
             let pixel = map + (usize::from(y) + 1) * stride + usize::from(x) + 1;
+            // The border of silent pixels saves a test of the sides of the sensor.
             let [a, b, c] = three(last_us, pixel - stride - 1);
             let [d, own, e] = three(last_us, pixel - 1);
             let [f, g, h] = three(last_us, pixel + stride - 1);
             let own = if own_pixel { own } else { NEVER };
             let confirms = |at_us: i32| u8::from(now_us - at_us <= tau_us);
             let count = [a, b, c, d, e, f, g, h, own].map(confirms).into_iter().sum::<u8>();
+            // Bitwise on purpose, for short circuits would be branches.
             let is_inside = (x > 0) & (y > 0) & (x + 1 < width) & (y + 1 < height);
             // Stored where nothing reads, so that the loop has no branch.
             let place = if border_confirms | is_inside { pixel } else { nowhere };
@@ -320,6 +322,7 @@ mod tests {
     fn the_same_events_are_kept_as_by_dv_processing() {
         let sensor = SensorSize { width: 40, height: 30 };
         let mut state = 12_345_u64;
+        // A generator of two lines makes the same events in any language.
         let mut next = |below: u64| {
             state = state.wrapping_mul(6_364_136_223_846_793_005);
             state = state.wrapping_add(1_442_695_040_888_963_407);

@@ -76,6 +76,7 @@ impl CleanerChain {
     pub fn survey(&mut self, events: &EventStream) -> Result<(), CleanError> {
         self.check(events)?;
         if let Some(at) = self.next_survey() {
+            // Earlier cleaners work on a copy, since they change events in place.
             self.passing.clear();
             self.passing
                 .extend_columns(events.t(), events.x(), events.y(), events.polarity())
@@ -95,12 +96,14 @@ impl CleanerChain {
     pub fn end_survey(&mut self) -> Result<(), CleanError> {
         let Some(at) = self.next_survey() else { return Ok(()) };
         self.passing.clear();
+        // Events that earlier cleaners still buffer belong to the survey as well.
         for link in &mut self.links[..at] {
             link.cleaner.clean(&mut self.passing);
             link.cleaner.finish(&mut self.passing);
         }
         self.links[at].cleaner.survey(&self.passing);
         self.links[at].cleaner.settle()?;
+        // The recording is read again from its beginning, also by the cleaners before.
         self.links[..=at].iter_mut().for_each(|link| link.cleaner.reset());
         self.surveyed = at + 1;
         self.last = None;
@@ -132,6 +135,7 @@ impl CleanerChain {
         let mut events = EventStream::empty(self.sensor);
         for link in &mut self.links {
             link.entered += events.len() as u64;
+            // Events that one cleaner releases at the end must still pass through the later ones.
             link.cleaner.clean(&mut events);
             link.cleaner.finish(&mut events);
             link.left += events.len() as u64;

@@ -119,6 +119,7 @@ impl Checkup {
             step_us: (self.step_us > 0).then_some(self.step_us),
             remarks: Vec::new(),
         };
+        // Remarks compare the finished values, and so come last.
         findings.remarks = self.remarks(&findings);
         findings
     }
@@ -144,6 +145,7 @@ impl Checkup {
             ("columns", &self.columns, findings.silent_columns, sensor.width),
             ("rows", &self.rows, findings.silent_rows, sensor.height),
         ] {
+            // This comes first: half of the coordinates are silent then, and for this reason.
             if let Some(parity) = parity(counts) {
                 remarks.push(format!("only {parity} {what} fire: coordinates may be shifted"));
             } else if silent as f64 > MAX_SILENT * f64::from(size) {
@@ -152,6 +154,7 @@ impl Checkup {
                 ));
             }
         }
+        // A pixel cannot fire twice within a microsecond, so that many repeats are copies.
         if 10 * findings.repeats > findings.events {
             remarks.push(format!(
                 "{} events are the one before once more, to the microsecond",
@@ -188,6 +191,7 @@ fn silent(counts: &[u64], size: u16) -> usize {
 /// Parity of the coordinates that fire, if only even or only odd ones of enough do.
 fn parity(counts: &[u64]) -> Option<&'static str> {
     let some = |odd: usize| counts.iter().skip(odd).step_by(2).filter(|n| **n > 0).count();
+    // Fewer may be of one parity by chance; eight are so once in 128 times.
     match (some(0), some(1)) {
         (even, 0) if even >= 8 => Some("even"),
         (0, odd) if odd >= 8 => Some("odd"),
@@ -218,6 +222,7 @@ mod tests {
     ) -> Findings {
         let mut checkup = Checkup::new(SENSOR);
         for i in 0..20_000_i64 {
+            // A prime step reaches every column and row in no apparent order.
             let pixel = i.wrapping_mul(7_919);
             let (x, y) = (pixel % i64::from(columns), (pixel / 13) % i64::from(rows));
             let on = Polarity::from_on((i / 2) % 2 == 0);

@@ -141,6 +141,7 @@ impl Deflicker {
         for event in events.iter() {
             let bin = bin_of(event.t) as usize;
             self.counts[bin] += u32::from(event.polarity == self.options.counted);
+            // An LNES is zero at the start of its window, so that the first bin shows nothing.
             if bin > 0 {
                 let place = self.place(event);
                 self.shown[place] = true;
@@ -183,6 +184,7 @@ impl Deflicker {
     fn release(&mut self, start: Micros) {
         let mut buffered = std::mem::replace(&mut self.buffered, EventStream::empty(self.sensor));
         let from_us = (self.number * BIN_US * u64::from(self.options.bins)) as i64;
+        // Sums wrap around as differences do: a recording may span all of 64 bits.
         self.window(&mut buffered, Micros(start.0.wrapping_add(from_us)));
         append(&mut self.out, &buffered, 0..buffered.len());
         buffered.clear();

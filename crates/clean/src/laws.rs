@@ -56,6 +56,7 @@ impl Files {
             format!("undistort:file={},outside=clip", file("camera.toml")),
         ];
         let mut requests: Vec<Vec<String>> = alone.iter().map(|r| vec![r.clone()]).collect();
+        // Surveys behind a cleaner that releases events late need its last events too.
         requests.push(vec![alone[7].clone(), alone[1].clone(), alone[4].clone(), alone[1].clone()]);
         requests.push(vec![alone[9].clone(), alone[7].clone(), alone[3].clone(), alone[8].clone()]);
         requests

@@ -72,6 +72,7 @@ impl Mask {
             flags[usize::from(y) * usize::from(width) + usize::from(x)] = true;
         }
         for r in &self.rectangles {
+            // Corner and side together may exceed 16 bits in a mask that was not read from a file.
             for y in r.y.min(height)..r.y.saturating_add(r.height).min(height) {
                 let row = &mut flags[usize::from(y) * usize::from(width)..][..usize::from(width)];
                 let (start, end) = (r.x.min(width), r.x.saturating_add(r.width).min(width));

@@ -160,6 +160,7 @@ mod tests {
         };
         assert_eq!(flicker_hz(&lamp(100.0)), Some(100.0));
         assert_eq!(flicker_hz(&lamp(120.0)), Some(120.0));
+        // Half of the milliseconds lie on a ceiling of 500 events, the others rise to it.
         let full: Vec<u32> = (0..2_000).map(|k| (k % 100 * 10).min(500)).collect();
         assert_eq!(saturated_at_hz(&full), Some(500_000.0));
         let mut cut = steady;

@@ -57,6 +57,7 @@ impl FromStr for CleanRequest {
     fn from_str(text: &str) -> Result<Self, CleanError> {
         let (name, rest) = text.split_once(':').unwrap_or((text, ""));
         let spec = cleaner_by_name(name)?;
+        // A request without parameters, or with a trailing comma, has an empty part.
         let parts = rest.split(',').filter(|part| !part.is_empty());
         let given: Result<Vec<_>, CleanError> = parts
             .map(|part| {

@@ -97,6 +97,7 @@ impl Symmetry {
         if !self.transposes {
             return self;
         }
+        // Mirrors follow the exchange of axes, so that undoing them in reverse exchanges them.
         Self { mirrors_columns: self.mirrors_rows, mirrors_rows: self.mirrors_columns, ..self }
     }
 }
@@ -162,6 +163,7 @@ pub fn find(recording: &EventStream, reference: &EventStream) -> Option<Orientat
     });
     let differences: Vec<f64> = match identity {
         Some((.., same)) => parts.iter().zip(same).map(|(a, b)| a - b).collect(),
+        // A sensor that fits only when transposed has no score of its own to exceed.
         None => parts.clone(),
     };
     let advantage_z = standard_errors(&differences);
@@ -243,6 +245,7 @@ impl Images {
                 let from = ((pixel % width) as u16, (pixel / width) as u16);
                 let (x, y) = symmetry.place(self.size, from);
                 let (x, y) = (usize::from(x), usize::from(y));
+                // Tiles are those of the reference, so that the parts of all symmetries correspond.
                 (y * across + x, y * TILES / down * TILES + x * TILES / across)
             })
             .collect();
@@ -366,6 +369,7 @@ mod tests {
         {
             let (x, y) = (10 * (tile % 4) + 5, 8 * (tile / 4) + 4);
             let images = spot(slice, x, y);
+            // Smoothing makes nine ones of one event.
             assert_eq!((images.power(), images.rate()[slice as usize]), (9.0, 9.0));
             let mut wanted = vec![0.0; 3 * 16];
             wanted[16 * slice as usize + usize::from(tile)] = 9.0;

@@ -181,6 +181,7 @@ fn undistorted(camera: &LensCamera, inverse: Inverse, x: u16, y: u16) -> (DVec2,
         Inverse::Converged => MAX_STEPS,
         Inverse::Steps(steps) => steps,
     };
+    // The lens counts from the corner of the image, a table from the centre of its first pixel.
     let seen_px = DVec2::new(f64::from(x), f64::from(y)) + 0.5;
     let sight = camera.direction_from_image(seen_px, steps);
     let position = camera.pinhole_image_from_direction(sight.direction) - 0.5;

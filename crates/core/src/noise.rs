@@ -59,6 +59,7 @@ impl StageNoise {
 
     /// 64 random bits for a pixel and a draw number.
     pub fn bits(self, pixel: usize, draw: u32) -> u64 {
+        // Neighbouring pixels differ in a few bits: mixing twice makes their draws unrelated.
         mix(self.key ^ mix(((pixel as u64) << 32) | u64::from(draw)))
     }
 
@@ -162,6 +163,7 @@ mod tests {
             (0..n)
                 .map(|i| (f64::from(here.uniform(i, 0)) - 0.5) * (f64::from(other(i)) - 0.5))
                 .sum::<f64>()
+                // A uniform value has a variance of 1/12.
                 / (n as f64 / 12.0)
         };
         let next_tick = StageNoise::new(1, "leak", 6);
@@ -172,6 +174,7 @@ mod tests {
             ("tick", correlation(&|i| next_tick.uniform(i, 0))),
             ("stage", correlation(&|i| other_stage.uniform(i, 0))),
         ] {
+            // This is four standard errors of a correlation of n pairs.
             assert!(r.abs() < 4.0 / (n as f64).sqrt(), "{name}: {r}");
         }
     }
@@ -254,6 +257,7 @@ mod tests {
         for _ in 0..5_000 {
             seen[rng.below(5)] += 1;
         }
+        // 1,000 are expected, with a standard deviation of 28.
         assert!(seen.iter().all(|&c| (850..1150).contains(&c)), "{seen:?}");
     }
 }

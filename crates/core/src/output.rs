@@ -53,6 +53,7 @@ impl AtomicFile {
                 (file, Some((temporary, target)))
             }
         };
+        // Rows and events come in small pieces: a large buffer saves system calls.
         Ok(Self { writer: Some(BufWriter::with_capacity(1 << 18, file)), names })
     }
 
@@ -64,6 +65,7 @@ impl AtomicFile {
         let writer = self.writer.take().ok_or_else(|| io::Error::other("already committed"))?;
         let file = writer.into_inner().map_err(io::IntoInnerError::into_error)?;
         let Some((temporary, target)) = &self.names else { return Ok(()) };
+        // The content reaches the disk first: after a power cut, a name must not lead to nothing.
         file.sync_all()?;
         #[cfg(debug_assertions)]
         abort::at_counted_write();
@@ -144,6 +146,7 @@ enum Place {
 /// Opens a pipe or device. Of what the process has open, such as standard output in a file, another opening would
 /// have a position of its own, and what is printed later would lie over what was written.
 fn through(path: &Path) -> io::Result<File> {
+    // Appending does not truncate a file that the shell has opened for the process.
     let opened = OpenOptions::new().append(true).open(path)?;
     #[cfg(unix)]
     for stream in [io::stdout().as_fd(), io::stderr().as_fd()] {
@@ -218,6 +221,7 @@ fn canonical(path: &Path) -> Option<PathBuf> {
     let absolute = std::path::absolute(path).ok()?;
     let folder = absolute
         .ancestors()
+        // The path itself is not there yet; the nearest folder that is has the links to follow.
         .skip(1)
         .find_map(|folder| fs::canonicalize(folder).ok().map(|canonical| (folder, canonical)));
     let (folder, canonical) = folder?;
@@ -242,6 +246,8 @@ fn create_temporary(target: &Path) -> io::Result<(PathBuf, File)> {
                 Err(fs::TryLockError::WouldBlock) => attempt += 1,
                 _ if !is_still(&temporary, &file) => {}
                 _ => {
+                    // Two writers may have been killed at once,
+                    // and the second one had the next name.
                     remove_abandoned(&named(attempt + 1));
                     return Ok((temporary, file));
                 }
@@ -298,6 +304,7 @@ fn short_name(target: &Path) -> OsString {
     if name.len() <= LONGEST_NAME {
         return name.to_owned();
     }
+    // The hash distinguishes long names that begin alike.
     let mut hasher = DefaultHasher::new();
     name.hash(&mut hasher);
     let text = name.to_string_lossy();
@@ -308,6 +315,7 @@ fn short_name(target: &Path) -> OsString {
 /// The target's name of a temporary file of [`AtomicFile`], of a long name its beginning; none for other names.
 /// Identifies the files that a killed process leaves behind.
 pub fn temporary_target(name: &str) -> Option<&str> {
+    // Split from the end, since the name of the target may contain dots.
     let (target, tag) = name.strip_suffix(TEMPORARY)?.rsplit_once('.')?;
     let (before, attempt) = tag.split_once('-')?;
     let number = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());

@@ -118,6 +118,7 @@ impl<T: RegistryEntry + ?Sized> Registry<T> {
             if name.is_empty() || !name.chars().all(is_of_names) {
                 return Err(RegistryError::Name { kind, name });
             }
+            // This covers duplicates within `own` too, for `all` grows with every entry.
             if all.iter().any(|other| other.name() == name) {
                 return Err(RegistryError::Duplicate { kind, name });
             }

@@ -236,6 +236,7 @@ impl EventStream {
     /// Indices of the events inside `window`.
     pub fn range(&self, window: TimeWindow) -> std::ops::Range<usize> {
         let start = self.t.partition_point(|&t| t < window.start);
+        // A window that ends before its start is empty in this way, and no panic.
         let end = start + self.t[start..].partition_point(|&t| t < window.end);
         start..end
     }

@@ -51,6 +51,7 @@ pub fn axis_angle_from_matrix_f64(matrix: DMat3) -> DVec3 {
 /// The angle between two rotations in radians, in [0, π].
 pub fn geodesic_rad(a: Vec3, b: Vec3) -> f32 {
     let difference = quaternion(a).conjugate() * quaternion(b);
+    // q and -q are the same rotation; the absolute value takes the shorter way.
     (2.0 * difference.xyz().length().atan2(difference.w.abs())) as f32
 }
 
@@ -67,6 +68,7 @@ pub fn nearest_axis_angle(rotation: Vec3, reference: Vec3) -> Vec3 {
     let Some(axis) = vector.try_normalize().or_else(|| reference.try_normalize()) else {
         return rotation;
     };
+    // Only whole turns about its own axis leave the rotation as it is.
     let turns = ((reference.dot(axis) - vector.dot(axis)) / TAU).round();
     (vector + axis * (TAU * turns)).as_vec3()
 }
@@ -88,6 +90,7 @@ pub(crate) fn axis_angle_from_quaternion(q: DQuat) -> DVec3 {
 
 /// `sin x / x`, 1 at 0.
 fn sin_over(x: f64) -> f64 {
+    // The next term of the series, x⁴/120, is below the rounding of 1.
     if x.abs() < 1e-4 { 1.0 - x * x / 6.0 } else { x.sin() / x }
 }
 
@@ -120,6 +123,7 @@ mod tests {
         let skew = (r - r.transpose()) * 0.5;
         let vee = DVec3::new(skew.y_axis.z, skew.z_axis.x, skew.x_axis.y);
         let Some(axis) = vee.try_normalize() else { return DVec3::ZERO };
+        // Rounding may leave a sine above 1, whose arcsine would be NaN.
         let theta = vee.length().min(1.0).asin();
         let frobenius = |m: DMat3| m.to_cols_array().iter().map(|v| v * v).sum::<f64>();
         [theta, std::f64::consts::PI - theta]

@@ -206,6 +206,7 @@ where
         let Some(input) = input else { return Ok(self.frontend.repeated()) };
         let output = self.worker.infer(&input)?;
         let poses = self.frontend.accept(t, &input, output, t);
+        // The next input reuses this memory instead of allocating its own.
         self.memory = Some(input);
         Ok(poses)
     }

@@ -56,6 +56,7 @@ pub trait Experiment: Serialize + DeserializeOwned {
     /// # Errors
     /// As [`Self::validate_own`].
     fn validate_simulation(&self) -> Result<(), TaskError> {
+        // Ranges come first, so that later checks need not guard against absurd values.
         check_ranges(self)?;
         self.input().map_or(Ok(()), |input| input.validate())?;
         self.validate_own()
@@ -102,6 +103,7 @@ pub trait Experiment: Serialize + DeserializeOwned {
         let text = std::fs::read_to_string(path)
             .map_err(|source| TaskError::Io { path: path.to_path_buf(), source })?;
         Self::unchecked(&text, &[]).map_err(|error| match error {
+            // The text has no path, so that its errors get that of the file here.
             TaskError::Config { message, .. } => {
                 TaskError::Config { path: path.to_path_buf(), message }
             }

@@ -51,6 +51,7 @@ impl QuantizationRanges {
             return Err(TaskError::NoRange { layer: layer.to_owned(), windows }.into());
         }
         let int8 = EngineOptions::default().with_precision(Precision::Int8);
+        // It is compiled on trial: a layer without a range must fail before a file is written.
         Engine::compile_with(graph, shape, int8, Some(&ranges)).map_err(|error| match error {
             InferError::NotCalibrated { layer } => TaskError::NoRange { layer, windows },
             error => TaskError::from(error),
@@ -120,6 +121,7 @@ impl QuantizationRanges {
         };
         let read: Self = serde_json::from_str(&text)
             .map_err(|error| config(format!("damaged: {error}; {advice} again")))?;
+        // Ranges of other weights would clip values without any error.
         if read.weights != digest(graph) {
             return Err(config(format!("made for other weights than these; {advice} again")));
         }

@@ -282,6 +282,7 @@ impl ForwardEvents {
             let next = self.windows.next_after(self.read_to);
             let start = Micros(next.0.saturating_sub(CHUNK.0 / 2)).max(self.read_to);
             let end = Micros(start.0.saturating_add(CHUNK.0));
+            // At the largest time stamps the sum saturates, and no window contains the event.
             if end <= next {
                 return Ok(None);
             }
@@ -296,6 +297,7 @@ impl ForwardEvents {
         let from = self.taken;
         self.taken += self.chunk.t()[from..].partition_point(|at| *at <= t);
         self.count += (self.taken - from) as u64;
+        // A whole chunk needs no copy.
         if from == 0 && self.taken == self.chunk.len() {
             return &self.chunk;
         }

@@ -83,6 +83,7 @@ fn bodies(events: &[Event], batch: usize) -> Vec<(Micros, PoseEstimate)> {
     let mut config = BodyConfig::default();
     config.image.side_px = 32;
     (config.network.width, config.network.expansion) = (0.25, 2);
+    // Random weights score low, and every pose is to be compared.
     (config.decoding.confidence, config.detection.min_score) = (0.0, 0.0);
     let network = config.network.init(1, &Device::flex()).unwrap();
     let checkpoint = BodyCheckpoint { config, network, mean_pose: None, data: None };
@@ -121,6 +122,7 @@ fn a_scene_at_rest_has_fewer_inputs_and_repeats_its_first_predictions() {
     let (poses, batches, _) = hands(&events(0..700, 2), InferenceSchedule::Triggered);
     assert_eq!(batches, [16], "only the first batch is predicted");
     assert!(poses.windows(2).all(|pair| (pair[1].0 - pair[0].0) == Micros(6_000)));
+    // From 100 ms on, 600 ms in steps of 6 ms fill six batches of 16.
     assert!(poses.len() >= 96);
     for (i, (_, pose)) in poses.iter().enumerate() {
         assert_eq!(pose.is_repeated, i >= 16);
@@ -143,6 +145,7 @@ fn how_a_recording_is_read_changes_no_pose() {
         let of_ms = EventStream::from_events(SENSOR, of_ms).unwrap();
         stream.frontend.push(&of_ms).unwrap();
         if ms >= 100 {
+            // The plain schedule takes inputs at the last microsecond of a frame.
             let t = Micros(1_000 * ms + 999);
             stream.frontend.stride(t);
             pushed.extend(stream.infer(t).unwrap());
@@ -162,6 +165,7 @@ fn time_without_events_costs_nothing_and_what_follows_is_another_recording() {
     let part = events(3..260, 20);
     for (gap, schedule) in [
         (TEN_DAYS, EVERY_MS),
+        // The silence is shorter than this shift by the 256 ms that the part lasts.
         (MAX_SILENCE + Micros(300_000), EVERY_MS),
         (TEN_DAYS, InferenceSchedule::Triggered),
     ] {
@@ -191,6 +195,7 @@ fn poses_go_on_in_a_rest_and_a_late_start_is_no_gap() {
     let begin = Micros(7_654_321_000);
     let rest = [events(0..200, 20), later(&events(0..200, 20), Micros(3_000_000))].concat();
     let (poses, ..) = hands(&rest, EVERY_MS);
+    // Events end at 3.2 s, and the first window is full at 100 ms.
     assert_eq!(poses.len(), 3_200 - 100);
     assert!(poses.windows(2).all(|pair| pair[1].0 - pair[0].0 == Micros(1_000)));
     let (late, ..) = hands(&later(&rest, begin), EVERY_MS);

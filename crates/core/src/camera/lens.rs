@@ -106,6 +106,7 @@ impl Distortion {
             let next = (distorted - self.tangential_shift(direction)) * ratio;
             let step = (next - direction).abs().max_element();
             direction = next;
+            // NaN never becomes small, and would cost all of the remaining steps.
             if step <= MIN_STEP || step.is_nan() {
                 break;
             }
@@ -220,6 +221,7 @@ impl LensCamera {
         if !focal_px.iter().all(|focal| *focal > 0.0 && focal.is_finite()) {
             return Err(LensError::FocalLength(focal_px));
         }
+        // It may lie outside of the image, as it does where a sensor was cropped.
         if !principal_px.iter().all(|at| at.is_finite()) {
             return Err(LensError::PrincipalPoint(principal_px));
         }
@@ -276,6 +278,7 @@ impl LensCamera {
     pub fn direction_from_image(&self, image_px: DVec2, steps: u32) -> ViewingRay {
         let distorted = (image_px - self.principal_px) / self.focal_px;
         let direction = self.distortion.undistort(distorted, steps);
+        // Distorting the result again shows whether the iteration has converged, in any model.
         let error_px = (self.image_from_direction(direction) - image_px).length();
         ViewingRay { direction, error_px }
     }

@@ -81,6 +81,7 @@ impl PlacedCamera {
         // A matrix is only known up to its sign: depths are positive, so axes do not mirror.
         let sign = DMat3::from_cols(a, b, c).determinant().signum();
         let [a, b, c] = [sign * a, sign * b, sign * c];
+        // The axes are orthogonal, so that the product with the third leaves the principal point.
         let principal_px = DVec2::new(a.dot(c), b.dot(c));
         let across = a - principal_px.x * c;
         let down = b - principal_px.y * c;
@@ -88,6 +89,7 @@ impl PlacedCamera {
         let offset = [0, 1, 2].map(|row| sign * rows[row][3] / length);
         let [x, y] = [0, 1].map(|k| {
             let direction = [across, down][k] / focal_px[k];
+            // The offset mixes focal length and principal point as the direction does.
             let shift = (offset[k] - principal_px[k] * offset[2]) / focal_px[k];
             [direction.x, direction.y, direction.z, shift]
         });
@@ -106,6 +108,7 @@ impl From<PlacedCamera> for CameraFields {
     fn from(camera: PlacedCamera) -> Self {
         let fisheye = camera.lens.distortion.fisheye;
         let mut distortion = camera.lens.distortion.to_opencv().to_vec();
+        // Trailing zeros say nothing: most lenses have four or five coefficients.
         while distortion.last() == Some(&0.0) {
             distortion.pop();
         }

@@ -191,6 +191,7 @@ mod tests {
         assert_eq!((draws.len(), &draws[0][..]), (2_001, &[0, 1][..]));
         for pair in [[0, 0], [0, 1], [1, 0], [1, 1]] {
             let count = draws[1..].iter().filter(|drawn| **drawn == pair).count();
+            // 500 are expected, with a standard deviation of 19.
             assert!((420..580).contains(&count), "{pair:?}: {count} of 2000");
         }
         // 100 values whose resamples are their own number: the tails are 2.5 % of either side.
@@ -199,6 +200,7 @@ mod tests {
             ranks.set(ranks.get() + 1.0);
             ranks.get()
         });
+        // The estimate has rank 0 and the resamples 1 to 1,001, of which 2.5 % are 25 steps.
         assert_eq!((ranked.low, ranked.high), (Some(26.0), Some(976.0)));
         let none =
             bootstrap(9, &BootstrapConfig { resamples: 0, seed: 0 }, |drawn| drawn.len() as f64);

@@ -32,6 +32,7 @@ pub fn normal_upper_tail(z: f64) -> f64 {
     // Horner's scheme, from the highest power.
     let sum = TERMS.iter().rev().fold(0.0, |sum, term| sum * t + term);
     let tail = 0.5 * t * (sum - x * x).exp();
+    // The form holds for positive arguments; the other side is the complement.
     if z >= 0.0 { tail } else { 1.0 - tail }
 }
 
@@ -63,6 +64,7 @@ pub fn kolmogorov_upper_tail(x: f64) -> f64 {
         let sign = if k % 2 == 1 { 1.0 } else { -1.0 };
         sign * (-2.0 * f64::from(k * k) * x * x).exp()
     };
+    // Even at the smallest x, terms vanish before k = 30.
     (2.0 * (1..=100).map(term).sum::<f64>()).clamp(0.0, 1.0)
 }
 

@@ -59,6 +59,7 @@ pub fn wilson(successes: usize, trials: usize) -> (f64, f64) {
     let middle = p + z * z / (2.0 * n);
     let half = z * (p * (1.0 - p) / n + z * z / (4.0 * n * n)).sqrt();
     let scale = 1.0 + z * z / n;
+    // Rounding must not leave the range of a proportion.
     (((middle - half) / scale).max(0.0), ((middle + half) / scale).min(1.0))
 }
 
@@ -79,6 +80,7 @@ pub fn median_outer_count(n: usize) -> usize {
             break;
         }
         outer = k + 1;
+        // Each binomial probability follows from the last, without factorials that overflow.
         chance *= (n - k) as f64 / (k + 1) as f64;
     }
     outer.saturating_sub(1)

@@ -79,6 +79,7 @@ pub const fn upper_index(len: usize, numerator: usize, denominator: usize) -> us
 pub fn median(values: &mut [f64]) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     let last = values.len().checked_sub(1)?;
+    // In an odd sample both indices are those of the one in the middle.
     Some(f64::midpoint(values[last / 2], values[values.len() / 2]))
 }
 

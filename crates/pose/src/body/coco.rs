@@ -31,6 +31,7 @@ fn head(face: &[BodyJoint]) -> BodyJoint {
         points.iter().filter_map(|point| Some((point.position?, point.score))).collect()
     };
     let ears = seen(&face[EARS..]);
+    // One ear alone would pull the head to its side of the face.
     let used = if ears.len() == 2 { ears } else { seen(face) };
     if used.is_empty() {
         return BodyJoint { position: None, score: 0.0 };

@@ -54,6 +54,7 @@ impl BodyDecoder {
         let Self { rows, columns, .. } = self;
         let middle = [columns, rows].map(|side| side as f64 / 2.0);
         let weight = |cell: usize| 1.0 / (distance(cell % columns, cell / columns, middle) + cells);
+        // The published weights are in single precision, which decides between equals.
         let center_weight = (0..rows * columns).map(|cell| weight(cell) as f32).collect();
         Self { softening: cells, center_weight, ..self }
     }
@@ -148,6 +149,7 @@ fn distance(x: usize, y: usize, from: [f64; 2]) -> f64 {
 fn first_maximum(values: impl Iterator<Item = f64>) -> usize {
     let mut best = (0, f64::NEG_INFINITY);
     for (index, value) in values.enumerate() {
+        // NaN is not greater than anything, so that it never wins.
         if value > best.1 {
             best = (index, value);
         }

@@ -40,6 +40,7 @@ impl JointDefinition {
             (HIP_L, joints[SHOULDER_L], HIP_CREST),
             (HIP_R, joints[SHOULDER_R], HIP_CREST),
         ];
+        // Every move starts from the given joints, so that their order does not matter.
         let mut placed = *joints;
         for (joint, towards, share) in moves {
             if let Some((at, towards)) = joints[joint].zip(towards) {

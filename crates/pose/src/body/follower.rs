@@ -49,9 +49,11 @@ impl BodyFollower {
 
     /// The joints at `t`, the time stamp of the last event; must not decrease between calls.
     pub fn at(&mut self, t: Micros) -> BodyPoints {
+        // Edges are near the extrapolated joints, no longer where the network detected them.
         let measured = self.velocities.query(&self.fusion.query(t));
         let min_samples = self.min_samples;
         let velocities = measured
+            // So few pixels may be noise, and a joint that moves fires more.
             .map(|joint| if joint.samples < min_samples { Vec2::ZERO } else { joint.px_per_s });
         let _ = self.fusion.velocity(t, &velocities);
         self.fusion.query(t)

@@ -44,6 +44,7 @@ impl PresenceScore {
     pub fn update(&mut self, t: Micros, score: f32) -> f32 {
         let smoothed = match self.last {
             Some((before, mean)) if self.tau_s > 0.0 => {
+                // A negative duration would give the new score a negative weight.
                 let dt_s = (t - before).as_seconds().max(0.0);
                 mean + (1.0 - (-dt_s / self.tau_s).exp()) as f32 * (score - mean)
             }

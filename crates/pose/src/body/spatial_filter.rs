@@ -77,6 +77,7 @@ impl Track {
         let [position, both, velocity] = self.covariance;
         let information = (position + point.covariance_m2).inverse();
         let innovation = point.position_m - self.position_m;
+        // A point further away than noise explains is a wrong detection, not a motion.
         if innovation.dot(information * innovation) > config.gate.powi(2) {
             return;
         }
@@ -86,6 +87,7 @@ impl Track {
         self.velocity_m_s += gain[1] * innovation;
         self.covariance =
             [position - gain[0] * position, both - gain[0] * both, velocity - gain[1] * both];
+        // Rejected points do not come here: they must not keep a wrong track alive.
         self.measured = t;
     }
 }
@@ -152,6 +154,7 @@ mod tests {
     #[test]
     fn noise_is_averaged_over_a_steady_motion_without_lag() {
         let mut filter = SpatialFilter::new(SpatialFilterConfig {
+            // With little acceleration, the filter averages over many points.
             acceleration_m2_s3: 0.01,
             ..SpatialFilterConfig::default()
         });

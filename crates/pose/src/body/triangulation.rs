@@ -103,6 +103,7 @@ pub fn intersect_rays(observations: &[Observation<'_>]) -> Option<DVec3> {
     let (mut matrix, mut right) = (DMat3::ZERO, DVec3::ZERO);
     for seen in observations {
         let (eye_m, direction) = ray(seen)?;
+        // Only the distance across the ray counts, since a pixel says nothing of the depth.
         let across = DMat3::IDENTITY - outer(direction, direction);
         matrix += across;
         right += across * eye_m;
@@ -118,8 +119,10 @@ fn deviation_px(seen: &Observation<'_>, config: &TriangulationConfig) -> f64 {
 fn ray(seen: &Observation<'_>) -> Option<(DVec3, DVec3)> {
     let viewing = seen.camera.lens.direction_from_image(seen.at_px.as_dvec2(), INVERSE_STEPS);
     let world_from_camera = seen.camera.camera_from_world.inverse();
+    // The lens has y down and z forwards, the camera y up and z backwards.
     let in_camera = DVec3::new(viewing.direction.x, -viewing.direction.y, -1.0);
     let direction = world_from_camera.transform_vector3(in_camera).try_normalize()?;
+    // No ray leads to a pixel beyond the rim of a fisheye lens.
     viewing.error_px.is_finite().then_some((world_from_camera.translation, direction))
 }
 
@@ -176,6 +179,7 @@ fn least_squares(
 fn projection_and_slopes(camera: &PlacedCamera, point_m: DVec3) -> Option<(DVec2, [DVec3; 2])> {
     let at_px = camera.image_from_world(point_m)?;
     let in_camera = camera.camera_from_world.transform_point3(point_m);
+    // The camera looks along its negative z axis.
     let depth_m = -in_camera.z;
     let focal_px = camera.lens.focal_px;
     let column = DVec3::new(1.0, 0.0, in_camera.x / depth_m) * (focal_px.x / depth_m);

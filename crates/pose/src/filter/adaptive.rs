@@ -77,6 +77,7 @@ impl AdaptiveHandFilter {
         let AdaptiveFilterConfig { innovation_limit, unwrap_rotation, .. } = *config;
         let is_limit = innovation_limit >= 0.0 && innovation_limit.is_finite();
         PoseError::unless(is_limit, "innovation_limit", innovation_limit, "a number from 0")?;
+        // The other two are checked by the filters that begin with them.
         config.fast.validate()?;
         let filter = |kalman| HandFilter::new(&HandFilterConfig { kalman, unwrap_rotation });
         let (detector, main) = (filter(config.detector)?, filter(config.slow)?);
@@ -86,6 +87,7 @@ impl AdaptiveHandFilter {
     /// The estimate for time `t` from the measurement of time `t` and all before.
     pub fn update(&mut self, t: Micros, measured: &HandParams) -> HandParams {
         self.detector.update(t, measured);
+        // The detector comes first, since it chooses the settings for this very measurement.
         self.is_fast = self.detector.largest_innovation() > self.config.innovation_limit;
         self.main.retune(if self.is_fast { self.config.fast } else { self.config.slow });
         self.main.update(t, measured)
@@ -140,6 +142,7 @@ mod tests {
         let gain = |kalman: KalmanConfig, step: f32| -> (f32, bool) {
             let config = AdaptiveFilterConfig { slow: kalman, ..AdaptiveFilterConfig::default() };
             let mut filter = filter(&config);
+            // Four seconds are many time constants, so that the gain is steady.
             for k in 0..4_000 {
                 filter.update(at_ms(k), &pose(0.0));
                 assert!(!filter.is_fast());
@@ -211,6 +214,7 @@ mod tests {
                 let rotation = canonical_axis_angle(truth);
                 let measured = HandParams { rotation, ..HandParams::default() };
                 let estimate = filter.update(at_ms(k), &measured);
+                // By then the filter has caught up with the velocity, which began at zero.
                 if k > 1_500 {
                     worst_rad = worst_rad.max(geodesic_rad(truth, estimate.rotation));
                     was_fast |= filter.is_fast();

@@ -83,9 +83,11 @@ impl BodyFilter {
             ("score_exponent", config.score_exponent, 16.0),
             ("max_gap_s", config.max_gap_s, 60.0),
         ] {
+            // A cutoff of zero passes here and fails below, as a variance that is not positive.
             let is_sensible = (0.0..=most).contains(&value);
             PoseError::unless(is_sensible, field, value, "from 0, and not beyond any sense")?;
         }
+        // The score does not matter here: every measurement brings its own noise.
         let kalman = ConstantVelocityKalman::new(config.kalman(1.0), 2)?;
         Ok(Self { config, tracks: vec![JointTrack { kalman, measured: None }; BODY_JOINTS] })
     }
@@ -114,6 +116,7 @@ impl JointTrack {
         max_gap_s: f64,
     ) -> Option<Vec2> {
         let gap_s = self.measured.map(|measured| (t - measured).as_seconds());
+        // A negative gap means another recording, in which the joint begins anew.
         let goes_on = gap_s.is_some_and(|gap_s| (0.0..=max_gap_s).contains(&gap_s));
         if point.is_some() {
             // Noise depends on the score of this measurement.
@@ -169,6 +172,7 @@ mod tests {
             let mut filter = filter();
             let mut left = 0.0;
             for (k, noise) in noise.iter().enumerate() {
+                // The joint moves, so that a lag would count as an error too.
                 let truth = Vec2::new(50.0 + 0.05 * k as f32, 80.0);
                 let joint = filter.update(at(k as i64), &pose(truth + *noise, score))[4].unwrap();
                 left += f64::from(joint.distance_squared(truth));
@@ -194,6 +198,7 @@ mod tests {
         for k in 0..20 {
             filter.update(at(k), &pose(Vec2::ZERO, 0.8));
         }
+        // An eighth of the score is 8⁴ = 4096 times the variance.
         let moved = filter.update(at(20), &pose(Vec2::splat(100.0), 0.1))[0].unwrap();
         assert!(moved.length() < 2.0, "{moved}");
         let moved = filter.update(at(21), &pose(Vec2::splat(100.0), 0.8))[0].unwrap();
@@ -202,6 +207,7 @@ mod tests {
 
     #[test]
     fn what_is_not_found_stays_so_and_after_a_gap_a_joint_begins_anew() {
+        // At 20 ms a pose, the 25th is 0.5 s late, which is the longest gap.
         for (poses_missing, begins_anew) in [(24, false), (25, true)] {
             let mut filter = filter();
             filter.update(at(0), &pose(Vec2::ZERO, 0.7));

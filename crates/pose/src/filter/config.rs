@@ -190,6 +190,7 @@ impl KalmanConfig {
     pub fn cutoff_hz(&self) -> f64 {
         let acceleration = match self.time_step {
             TimeStep::Elapsed => self.acceleration_variance,
+            // The published noise is that of a frame of 1 ms: in seconds, a million times as much.
             TimeStep::PublishedFrame => {
                 self.acceleration_variance * PUBLISHED_RATE_HZ * PUBLISHED_RATE_HZ
             }

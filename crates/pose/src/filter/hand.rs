@@ -92,6 +92,7 @@ impl HandFilter {
         if self.unwrap_rotation {
             ahead.rotation = canonical_axis_angle(ahead.rotation);
         }
+        // Before the first measurement the filter writes nothing, and NaN remains.
         out[0].is_finite().then_some(ahead)
     }
 

@@ -33,6 +33,7 @@ impl HoldAtRest {
         let sum: f64 = representation.iter().map(|&value| f64::from(value)).sum();
         match self.last {
             Some(last) if sum <= self.rest_sum => last,
+            // The first pose counts even for an empty window, since there is nothing to hold.
             _ => *self.last.insert(*predicted),
         }
     }

@@ -94,6 +94,7 @@ fn groups_of(config: &KalmanConfig, values: usize) -> Vec<Group> {
         acceleration: config.acceleration_variance,
         measurement: config.measurement_variance,
     };
+    // The three parts are those of a hand; any other values share one noise.
     let parts = match config.hand {
         Some(noise) if values == PARAMETERS => noise.parts().to_vec(),
         _ => vec![(values, same)],
@@ -196,6 +197,7 @@ impl ConstantVelocityKalman {
         let ahead_s = (t - last).as_seconds().max(0.0);
         let step = match self.config.time_step {
             TimeStep::Elapsed => ahead_s,
+            // The published velocity is one per frame of 1 ms.
             TimeStep::PublishedFrame => ahead_s / PUBLISHED_STEP_S,
         };
         for (out, track) in out.iter_mut().zip(&self.tracks) {
@@ -244,6 +246,7 @@ impl ConstantVelocityKalman {
     /// Corrects the state by a measurement.
     fn correct(&mut self, z: &[f32]) {
         for group in &mut self.groups {
+            // The gain depends on the noise alone, so that one serves all values of a group.
             let ([k, l], covariance) = group.covariance.updated(group.noise.measurement);
             group.covariance = covariance;
             let values = group.values.clone();
@@ -333,6 +336,7 @@ mod tests {
             let alpha = ((lambda + 4.0) * root - lambda2 - 8.0 * lambda) / 8.0;
             let mut kalman = filter(config, 1);
             let mut t = Micros(0);
+            // Even at 0.1 ms a step, these are 2 s and many time constants.
             for _ in 0..20_000 {
                 kalman.update(t, &[0.0], &mut [0.0]);
                 t = t + Micros(dt_us);
@@ -358,10 +362,12 @@ mod tests {
                 let t = Micros(k * dt.0);
                 let phase = std::f64::consts::TAU * t.as_seconds() / period_s;
                 kalman.update(t, &[phase.sin() as f32], &mut [0.0]);
+                // The first half of the run contains the transient.
                 if k >= steps / 2 {
                     power += kalman.positions().map(|x| x * x).sum::<f64>();
                 }
             }
+            // A sine has a mean power of one half, and 3 dB less is half of that.
             let gain = 2.0 * power / (steps - steps / 2) as f64;
             assert!((gain - 0.5).abs() < 0.03, "{dt}: {gain}");
         }

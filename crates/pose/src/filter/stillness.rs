@@ -86,6 +86,7 @@ impl StillnessGate {
     /// again where there are fewer.
     pub fn repeat(&mut self, count: usize) -> &[HandParams] {
         if let Some(&last) = self.previous.last() {
+            // It only grows: a short batch must not drop poses that a longer one repeats.
             self.previous.resize(self.previous.len().max(count), last);
         }
         &self.previous[..count.min(self.previous.len())]

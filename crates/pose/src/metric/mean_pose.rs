@@ -32,6 +32,7 @@ impl MeanPose {
         }
         self.translation_m += pose.translation_m.as_dvec3();
         let q = DVec4::from(quaternion(pose.rotation));
+        // q and -q are one rotation with the same q qᵀ, so that no sign must be chosen.
         for (column, value) in self.quaternions.iter_mut().zip(q.to_array()) {
             *column += q * value;
         }
@@ -53,11 +54,13 @@ impl MeanPose {
         let [x, y, z, w] = self.quaternions;
         let mut power = DMat4::from_cols(x, y, z, w);
         for _ in 0..40 {
+            // Without scaling, the squares would overflow within a few steps.
             let trace = power.diagonal().element_sum();
             power *= 1.0 / trace;
             power *= power;
         }
         let columns = [power.x_axis, power.y_axis, power.z_axis, power.w_axis];
+        // Every column points along the eigenvector; rounding harms the longest one least.
         let longest =
             columns.into_iter().max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
         longest.and_then(DVec4::try_normalize).map_or(DQuat::IDENTITY, DQuat::from_vec4)

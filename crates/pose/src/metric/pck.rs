@@ -77,6 +77,7 @@ impl<const N: usize> ErrorCounts<N> {
 
     /// Sum of all errors' contributions to the area, and their count: the area is the mean.
     pub fn area(&self) -> Totals {
+        // An error is correct at its first threshold and at all above it.
         let above = self.counts.iter().enumerate().map(|(i, &n)| n * (N - i) as u64);
         Totals { sum: above.sum::<u64>() as f64 / N as f64, count: self.total }
     }

@@ -56,6 +56,7 @@ impl SequenceScores {
         step_s: f64,
     ) {
         let acceleration = |points: &[&HandPoints; 3], i: usize| {
+            // A second difference cancels most digits: single precision would add jitter.
             let [before, now, after] = points.map(|points| points.world_m[i].as_dvec3());
             (before - 2.0 * now + after) / (step_s * step_s)
         };

@@ -82,6 +82,7 @@ impl BaselineCheckpoint {
         let value = |key: &str| card.provenance.get(key);
         let config = match value(CONFIG) {
             Some(text) => BaselineConfig::parse(text, &[])?,
+            // A file without a config still knows the shape of its network.
             None => BaselineConfig { network: network.config(), ..BaselineConfig::default() },
         };
         Ok(Self {

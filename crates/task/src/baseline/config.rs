@@ -85,6 +85,8 @@ impl BaselineConfig {
     #[must_use]
     pub fn with_size(mut self, width_px: usize, height_px: usize) -> Self {
         if matches!(self.network, BaselineNetworkConfig::Dhp19Cnn(_)) {
+            // Its sigma is in pixels of the input; that of
+            // `lift-mono` is in cells, which scale along.
             self.loss.sigma_px *= height_px as f32 / self.image.height_px as f32;
         }
         self.image = BaselineImageConfig { width_px, height_px, ..self.image };
@@ -100,7 +102,9 @@ impl BaselineConfig {
             seed: experiment.seed,
             data: BodyDataConfig {
                 source: BodySourceKind::Recordings,
+                // The time of a label depends on the representation, which is that of the baseline.
                 label_at: self.data.label_at,
+                // A frame of fixed count forgets old noise, which only an EROS accumulates.
                 noise_history: None,
                 ..experiment.data.clone()
             },
@@ -124,6 +128,7 @@ impl BaselineConfig {
             data: self.data.clone(),
             image: BodyImageConfig {
                 representation: representation.clone(),
+                // The blur belongs to the EROS of MoveEnet, not to frames of fixed count.
                 blur: None,
                 interpolation: *interpolation,
                 view: *view,

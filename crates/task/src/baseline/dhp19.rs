@@ -104,6 +104,7 @@ pub(super) fn peaks(
     for (joint, map) in maps.enumerate().take(BODY_JOINTS) {
         let (at, score) = peak(map, size_px);
         scores[joint] = score.clamp(0.0, 1.0);
+        // At a confidence of 0, an empty map would move the joint to its first pixel.
         if score > 0.0 && score >= confidence {
             joints[joint] = Some(at);
         }

@@ -40,6 +40,7 @@ impl BaselineInput {
     /// The part of an image that is in the input, relative to the image.
     pub fn shown(&self, image_px: [usize; 2]) -> Vec2 {
         let [width, height] = self.size_px;
+        // Both sides must fit, for to cut one and to scale the other would change proportions.
         let beyond = |image: usize, input: usize| image.checked_sub(input).filter(|b| *b <= CUT_PX);
         match (beyond(image_px[0], width), beyond(image_px[1], height)) {
             (Some(_), Some(_)) => {

@@ -78,6 +78,7 @@ impl BaselinePredictor {
             }
             BaselineNetwork::LiftMono(network) => {
                 let stages = network.forward(images);
+                // Every stage refines the one before, so that only the last counts.
                 let maps = stages.last().unwrap_or_else(|| unreachable!("a stage at least"));
                 let positions: Vec<f32> = maps.positions().into_data().iter().collect();
                 let (points, depths) = lift_mono::expected(&positions);
@@ -87,6 +88,7 @@ impl BaselinePredictor {
                 BaselineJoints { points, scores, depths: Some(depths) }
             }
         };
+        // Positions are relative to the input, which may be only a part of the image.
         joints.points = joints.points.map(|point| Some(point? * shown));
         joints
     }

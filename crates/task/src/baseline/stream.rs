@@ -89,6 +89,7 @@ impl StreamFrontend for BaselineFrontend {
         let size = Vec2::new(image.width() as f32, image.height() as f32);
         let view_px = joints.points.map(|point| Some(point? * size));
         let joints_px = self.canonical.sensor_points(&view_px);
+        // The lens is that of the sensor, so that rays start from positions there.
         let joints_m = match &joints.depths {
             Some(depths) => self.geometry.joints_m(&joints_px, depths, self.torso_m),
             None => [None; BODY_JOINTS],

@@ -216,6 +216,7 @@ impl BodyAugmentation {
             ("augmentation.noise_grey", [self.noise_grey; 2], [0.0, 255.0]),
         ];
         for (field, [low, high], [least, most]) in ranges {
+            // Written as a negation, since NaN fails every comparison.
             if !(least <= low && low <= high && high <= most) {
                 let message =
                     format!("{low} to {high}: a range within {least} to {most} is expected");

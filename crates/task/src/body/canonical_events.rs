@@ -46,6 +46,7 @@ impl CanonicalEvents {
     /// The events of the view.
     pub(crate) fn push<'a>(&'a mut self, events: &'a EventStream) -> &'a EventStream {
         match (&mut self.adaptor, &self.denoise) {
+            // Nothing changes these events, so that they need no copy.
             (None, None) => return events,
             (None, Some(_)) => self.events.clone_from(events),
             (Some(map), _) => map.push(events, &mut self.events),

@@ -63,6 +63,7 @@ impl BodyCheckpoint {
         let (network, card) = weights::load::<MoveEnet>(path, device)?;
         let config = match card.provenance.get(CONFIG) {
             Some(text) => BodyConfig::parse(text, &[])?,
+            // A file without a config still knows the shape of its network.
             None => BodyConfig { network: card.network, ..BodyConfig::default() },
         };
         let mean_pose = card.provenance.get(MEAN_POSE).and_then(|text| pose_from_text(text));

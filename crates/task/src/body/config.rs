@@ -363,6 +363,7 @@ impl Experiment for BodyConfig {
 
     fn validate_own(&self) -> Result<(), TaskError> {
         self.simulation.validate()?;
+        // Held-out recordings are simulated later, but their faults must be reported now.
         self.held_out().simulation.validate()?;
         self.augmentation.validate(self.network.joints)?;
         BodyFilter::new(self.filter)?;
@@ -390,6 +391,7 @@ impl Experiment for BodyConfig {
 impl BodyDataConfig {
     pub(crate) fn validate(&self, joints: usize) -> Result<(), TaskError> {
         let is_noise_valid = self.noise_history.is_none_or(|noise| {
+            // Draws are log-uniform, and zero has no logarithm.
             let [low, high] = noise.events_per_pixel;
             (0.0..=1.0).contains(&noise.probability) && 0.0 < low && low <= high && high <= 100.0
         });

@@ -51,6 +51,7 @@ impl Blur {
 
     pub(super) fn apply<'a>(&'a mut self, images: &'a [Plane<u8>]) -> Vec<&'a Plane<u8>> {
         let Some(kernel) = self.kernel else { return images.iter().collect() };
+        // It never shrinks, so that a batch after a short one allocates nothing.
         let count = self.blurred.len().max(images.len());
         self.blurred.resize_with(count, || Plane::filled(0, 0, 0));
         for (image, blurred) in images.iter().zip(&mut self.blurred) {
@@ -84,6 +85,7 @@ pub fn body_stream(
     let frontend = BodyFrontend {
         representation: start_representation(image, canonical.size())?,
         min_score: detection.min_score,
+        // The decoder has applied the confidence of the config already.
         min_joint_score: 0.0,
         presence: PresenceScore::new(1e-3 * f64::from(detection.memory_ms)),
         min_events: detection.min_events(canonical.size()),
@@ -159,6 +161,7 @@ impl BodyFrontend {
     fn accept_one(&mut self, t: Micros, joints: &[BodyJoint], now: Micros) -> (Micros, BodyPose) {
         let mut detection = ScoredPoints::in_image(joints, self.canonical.size());
         detection.points = self.canonical.sensor_points(&detection.points);
+        // Presence takes the scores of all joints, also of those that are not reported.
         let score = self.presence.update(t, pose_score(&detection.scores));
         let detection = self.reported(detection, score);
         if let Some(follower) = &mut self.follower {
@@ -214,6 +217,7 @@ impl StreamFrontend for BodyFrontend {
         self.representation.push(view_events);
         self.recent.push(view_events);
         if let Some(follower) = &mut self.follower {
+            // The follower works in pixels of the sensor, as its joints do.
             follower.push(events);
         }
         Ok(())
@@ -231,6 +235,7 @@ impl StreamFrontend for BodyFrontend {
     }
 
     fn input(&mut self, t: Micros, memory: Option<ImageBatch>) -> Option<ImageBatch> {
+        // Without a batch, an image is rendered only when the network is free.
         if self.batch == 1 {
             self.pending.clear();
             self.sample(t);

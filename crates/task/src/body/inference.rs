@@ -36,6 +36,7 @@ impl BodyInference {
             let engine = Engine::compile_with(&network.graph(), shape, options, ranges)?;
             return Ok(Self::Engine(Box::new(engine)));
         }
+        // Burn computes in f32 whatever is asked for, which must not pass unnoticed.
         if precision != Precision::F32 {
             return Err(TaskError::Precision { precision });
         }
@@ -80,6 +81,7 @@ impl BodyInference {
                 let maps: [Vec<f32>; 4] = maps.map(|map| map.into_data().iter().collect());
                 for k in 0..count {
                     let of_image = maps.each_ref().map(|map| {
+                        // Maps differ in their counts of channels, and so in their lengths.
                         let length = map.len() / count;
                         &map[k * length..][..length]
                     });

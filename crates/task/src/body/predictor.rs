@@ -93,6 +93,7 @@ impl BodyPredictor {
         let is_published = checkpoint.config.targets.parity;
         Ok(Self {
             inference,
+            // A network that was trained on published targets expects the published rounding.
             decoder: if is_published { decoder.as_published() } else { decoder },
             side_px,
             interpolation: image.interpolation,
@@ -188,6 +189,7 @@ impl BodyPredictor {
         if second.consensus {
             self.infer_again(images, &crops, &mut joints);
         }
+        // Until here, joints are relative to the crop that they were detected in.
         for (joints, crop) in joints.iter_mut().zip(&crops) {
             if let Some(crop) = crop {
                 *joints = mapped(joints, crop);
@@ -250,6 +252,7 @@ impl BodyPredictor {
             self.infer_crops(images, &scaled, is_mirrored, &mut found);
             for (index, scaled) in scaled.iter().enumerate() {
                 let Some(scaled) = scaled else { continue };
+                // All inferences of an image are compared in the coordinates of its own crop.
                 let crop_from_image = crops[index].unwrap_or(DAffine2::IDENTITY).inverse();
                 inferences[index].push(mapped(&found[index], &(crop_from_image * *scaled)));
             }
@@ -357,6 +360,7 @@ mod tests {
         (config.image.side_px, config.network.width) = (32, 0.25);
         config.decoding.second_pass =
             Some(SecondPass { side: 1.2, min_side: 0.1, consensus: true });
+        // Random weights score low, and joints that are not detected would not be compared.
         config.decoding.confidence = 0.0;
         let network = config.network.init(3, &Device::flex()).expect("a network");
         let checkpoint = BodyCheckpoint { config, network, mean_pose: None, data: None };

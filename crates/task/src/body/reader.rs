@@ -66,6 +66,7 @@ impl RepresentationReader {
         let size = self.image_size();
         let start = self.events.windows.start().unwrap_or(Micros(0));
         let count = (events_per_pixel * size.pixels() as f32) as usize;
+        // Even spacing keeps events in order; only their places need to be random.
         let at = |k: usize| Micros(start.0 - HISTORY.0 + HISTORY.0 * k as i64 / count as i64);
         let mut rng = CounterRng::new(seed, "noise history", 0);
         let mut noise = EventStreamBuilder::new(size);
@@ -77,6 +78,7 @@ impl RepresentationReader {
                 polarity: if rng.chance(0.5) { Polarity::On } else { Polarity::Off },
             });
         }
+        // Its pixels are those of the view already, so that the map of the sensor is passed by.
         self.representation.push(&noise.finish().0);
     }
 
@@ -90,6 +92,7 @@ impl RepresentationReader {
         t: Micros,
         mut observe: impl FnMut(&EventStream),
     ) -> Result<Plane<u8>, TaskError> {
+        // A piece ends with the chunk that was read, and may not reach `t` by itself.
         while self.events.peek()?.is_some_and(|next| next <= t) {
             let events = self.events.take_until(t);
             observe(events);

@@ -31,6 +31,7 @@ impl RecentEvents {
     pub(super) fn push(&mut self, events: &EventStream) {
         for ((t, x), y) in events.t().iter().zip(events.x()).zip(events.y()) {
             if self.count == 0 {
+                // Recordings begin at any time, so that the first event starts the clock.
                 self.end = *t + GENERATION;
             } else if *t >= self.end && self.count >= MIN_EVENTS {
                 self.begin_generation(*t);
@@ -83,6 +84,7 @@ fn side_of([current, before]: &[Vec<u32>; 2]) -> Option<[f32; 2]> {
         passed > outside
     })?;
     let side = current.len() as f32;
+    // The rectangle includes its last pixel, whose far side is one further on.
     Some([low as f32 / side, (high + 1) as f32 / side])
 }
 

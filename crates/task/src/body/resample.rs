@@ -101,6 +101,7 @@ pub fn sample(
     } else {
         sample_turned(image, map, interpolation, width, out);
     }
+    // Cubics and Lanczos' kernel overshoot beyond black and white.
     for grey in out {
         *grey = grey.clamp(0.0, WHITE);
     }
@@ -121,6 +122,7 @@ impl Line {
             interpolation.weights(at, scale.abs(), from, weights)
         };
         let mut taps = 1;
+        // All pixels get as many taps as the widest one, so that weights need no lengths.
         for i in 0..to {
             write(i, &mut weights);
             taps = taps.max(weights.len());
@@ -143,6 +145,7 @@ impl Line {
     }
 
     fn resample(&self, row: &[u8], out: &mut [f32]) {
+        // These are the taps of the fixed kernels; a known count lets the compiler unroll.
         match self.taps {
             1 => self.resample_by::<1>(row, out),
             2 => self.resample_by::<2>(row, out),
@@ -263,6 +266,7 @@ fn area(from: f64, to: f64, n: usize, weights: &mut Vec<f32>) -> usize {
     if first >= end {
         return 0;
     }
+    // The divisor is the whole width, so that what lies beyond the line counts as black.
     let share = |i: usize| (to.min(i as f64 + 1.0) - from.max(i as f64)) / (to - from);
     weights.extend((first as usize..end as usize).map(|i| share(i) as f32));
     first as usize
@@ -284,6 +288,7 @@ fn lanczos4(rest: f64) -> [f64; 8] {
     }
     let weights: [f64; 8] = std::array::from_fn(|i| kernel(rest + 3.0 - i as f64));
     let sum: f64 = weights.iter().sum();
+    // Weights of Lanczos do not add up to one, and a plain grey would get a pattern.
     weights.map(|weight| weight / sum)
 }
 

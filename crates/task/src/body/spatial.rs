@@ -110,6 +110,7 @@ impl SpatialRecordings {
             (start, end) = (start.max(own_start), end.min(own_end));
         }
         let filter = config.filter.map(SpatialFilter::new);
+        // At the very start, no camera has shown anything yet.
         let next = Micros(start.0.saturating_add(every.0));
         Ok(Self { recordings, every, next, end, config: config.triangulation, filter })
     }
@@ -134,6 +135,7 @@ impl SpatialRecordings {
         for PlacedRecording { stream, .. } in &mut self.recordings {
             active = active.min(stream.skip_silence(self.next)?);
         }
+        // Whole steps are skipped, so that all poses lie on one grid of times.
         let skipped =
             (active.0.saturating_sub(self.next.0) + self.every.0 - 1).div_euclid(self.every.0);
         Ok(self.next + Micros(skipped * self.every.0))
@@ -145,6 +147,7 @@ impl SpatialRecordings {
         let inferred: Vec<InferredPoses<BodyPose>> =
             self.recordings.par_iter_mut().map(one).collect::<Result<_, TaskError>>()?;
         let delay_s = inferred.iter().map(|inferred| inferred.delay_s).sum();
+        // Inputs are not batched here, so that each camera has one pose at most.
         let seen: Vec<Option<BodyPose>> =
             inferred.iter().map(|one| one.poses.first().map(|(_, pose)| *pose)).collect();
         let points = self.points(&seen);

@@ -63,6 +63,7 @@ impl InputBatch {
 pub fn render_channels(input: &mut [f32], channels: usize, render: impl FnOnce(&mut [f32])) {
     let (own, copy) = input.split_at_mut(channels * (input.len() / CHANNELS));
     render(own);
+    // Of a representation with two channels, nothing is left to be copied.
     copy.copy_from_slice(&own[..copy.len()]);
 }
 

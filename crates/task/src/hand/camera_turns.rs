@@ -26,6 +26,7 @@ impl CameraTurnConfig {
         let mut rng = CounterRng::new(seed, "camera turns", sample);
         let mut angle = |largest_deg: f32| (largest_deg * rng.uniform(-1.0, 1.0)).to_radians();
         let (roll, pan, tilt) = (angle(self.roll_deg), angle(self.tilt_deg), angle(self.tilt_deg));
+        // The roll is applied first, where it leaves the optical axis in its place.
         Mat3::from_rotation_x(tilt) * Mat3::from_rotation_y(pan) * Mat3::from_rotation_z(roll)
     }
 }

@@ -233,6 +233,7 @@ impl Experiment for HandConfig {
         let CameraTurnConfig { roll_deg, tilt_deg } = self.camera_turns;
         let are_turns_valid = (0.0..=180.0).contains(&roll_deg) && (0.0..=45.0).contains(&tilt_deg);
         let (image, backbone) = (self.network_size(), backbone_by_name(&self.network.backbone)?);
+        // The strides of a backbone leave nothing of smaller images.
         let is_large = usize::from(image.width.min(image.height)) >= backbone.smallest_px;
         let too_small = format!(
             "{} takes images of at least {} pixels a side, these are {image}: choose another, or a \

@@ -54,6 +54,7 @@ impl WarmUp {
     /// The index of the first of several inputs, each `[2][rows][columns]` of `pixels` a channel, of
     /// which a pose is reported; their count if that is none of them.
     pub(super) fn first(&mut self, inputs: &[f32], pixels: usize) -> usize {
+        // Once a hand has moved it may rest: later windows are not tested.
         if self.is_over {
             return 0;
         }

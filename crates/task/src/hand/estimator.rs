@@ -146,6 +146,7 @@ impl HandEstimator {
             return None;
         }
         let poses = gate.repeat(pending.len()).to_vec();
+        // It is taken out while the filter runs, which borrows the estimator as a whole.
         let batch = std::mem::take(&mut self.pending);
         let estimates = self.smooth(batch.times(), &poses, true);
         self.pending = batch;
@@ -168,6 +169,7 @@ impl HandEstimator {
     ) -> Vec<HandEstimate> {
         let pixels = self.sensor.pixels();
         let first = self.warm_up.first(batch.values(), pixels);
+        // Before anything has moved, the network predicts its mean pose.
         outputs.drain(..first.min(outputs.len()));
         self.skipped.extend(&batch.times()[..first]);
         if outputs.is_empty() {
@@ -183,6 +185,7 @@ impl HandEstimator {
         };
         let estimates = self.smooth(times, &held, false);
         if let Some(gate) = &mut self.gate {
+            // The gate repeats outputs of the network, not the poses that were held in their place.
             gate.predicted(outputs);
         }
         estimates
@@ -194,6 +197,7 @@ impl HandEstimator {
         poses: &[HandParams],
         is_repeated: bool,
     ) -> Vec<HandEstimate> {
+        // All poses of a batch become known with its last input.
         let Some(&known) = times.last() else { return Vec::new() };
         let pairs = times.iter().zip(poses);
         let estimates = pairs.map(|(&t, measured)| {

@@ -173,6 +173,7 @@ impl StreamFrontend for HandFrontend {
     fn stride(&mut self, t: Micros) {
         self.estimator.skipped.clear();
         if self.is_plain() {
+            // A stride is a microsecond before the end of a frame, and a label is that of the end.
             self.estimator.sample(t, t + Micros(1));
         } else if self.estimator.batch > 1 && std::mem::take(&mut self.is_due) {
             // The network had no time for a full batch: newer inputs replace it.

@@ -72,6 +72,7 @@ impl PerspectiveCrop {
         } else {
             Mat3::IDENTITY
         };
+        // A zoom below 1 would show what lies beyond the view.
         Self::new(roll * to_centre, (middle.length() / distance_m).clamp(1.0, max_zoom))
     }
 
@@ -117,6 +118,7 @@ impl PerspectiveCrop {
 
     /// The pose that the hand of a pose in the view has for the network.
     pub fn crop_from_view(&self, camera: &Camera, pose: &HandParams) -> HandParams {
+        // A longer lens shows what a smaller depth would show; positions across stay.
         let nearer = Vec3::new(1.0, 1.0, 1.0 / self.zoom);
         moved(camera, pose, self.turn, |position_m| nearer * (self.turn * position_m))
     }
@@ -150,6 +152,7 @@ fn moved(
 ) -> HandParams {
     let camera_from_world = Affine3A::from_mat4(camera.camera_from_world());
     let world_from_camera = camera_from_world.inverse();
+    // The turn is one in the frame of the camera, and the rotation one in the world.
     let rotation = Mat3::from(world_from_camera.matrix3)
         * turn
         * Mat3::from(camera_from_world.matrix3)

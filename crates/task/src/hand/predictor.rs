@@ -114,6 +114,7 @@ impl NetworkPredictor {
                 output.into_data().iter().collect()
             }
         };
+        // Poses of hands have no score, so that nothing else would reveal a diverged network.
         if let Some(value) = values.iter().find(|value| !value.is_finite()) {
             return Err(TaskError::NotFinite { value: *value });
         }
@@ -195,6 +196,7 @@ impl Compiled {
     /// The outputs for windows of a shape, one after another; the same bits on any number of
     /// threads.
     fn values(&mut self, windows: &[f32], shape: [usize; 3]) -> Result<Vec<f32>, TaskError> {
+        // An engine is compiled for images of one size.
         if shape != self.shape {
             (self.shape, self.single) = (shape, None);
             self.parallel.clear();

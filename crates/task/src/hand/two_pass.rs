@@ -64,6 +64,7 @@ impl TwoPassConfig {
     /// Whether all values make sense for a view of `view`.
     pub fn is_valid(&self, view: SensorSize) -> bool {
         let CropErrors { direction, zoom, roll_deg } = self.errors;
+        // Sides are whole pixels, so that proportions may differ by 2 %.
         let across = u32::from(self.size.width) * u32::from(view.height);
         let same = across.abs_diff(u32::from(view.width) * u32::from(self.size.height));
         self.size.pixels() > 0
@@ -145,6 +146,7 @@ impl TwoPass {
         let roll = error(roll_deg).to_radians();
         let error =
             Mat3::from_rotation_x(tilt) * Mat3::from_rotation_y(pan) * Mat3::from_rotation_z(roll);
+        // The error is one of the frame of the crop, and so follows the turn to the hand.
         PerspectiveCrop::new(error * crop.turn(), zoom)
     }
 
@@ -245,6 +247,7 @@ mod tests {
         let second = at(&two_pass.about(&first));
 
         let mut twice = NetworkPredictor::new(&config, network, device).unwrap();
+        // Two windows take the way of batches, and one alone that of single windows.
         let both = [values.clone(), values.clone()].concat();
         let poses = twice.predict(&both, sides(view)).unwrap();
         assert_eq!(poses, [second, second]);

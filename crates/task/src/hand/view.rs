@@ -151,6 +151,7 @@ impl HandView {
         let mut posed = PosedBody::default();
         let world_m = self.actor.points_of(side, pose, shaped, &mut posed);
         let image_px = world_m.map(|p| {
+            // The mirror is one of the view, so that it comes before the map to the sensor.
             let view_px = self.unmirrored(self.camera.image_from_world(p)?);
             Some(match &self.adaptor {
                 Some(adaptor) => adaptor.sensor_from_view(view_px),

@@ -30,6 +30,7 @@ pub(super) fn undistort(k: [f64; 4], distorted: DVec2, steps: u32) -> DVec2 {
     if wanted == 0.0 {
         return distorted;
     }
+    // Without distortion the distance is the angle, which is near enough for Newton.
     let mut angle = wanted.min(FRAC_PI_2);
     for _ in 0..steps {
         let step = (seen(k, angle) - wanted) / slope(k, angle);
@@ -38,6 +39,7 @@ pub(super) fn undistort(k: [f64; 4], distorted: DVec2, steps: u32) -> DVec2 {
             break;
         }
     }
+    // Beyond a right angle the tangent changes its sign, and the ray misses the plane.
     match (0.0..FRAC_PI_2).contains(&angle) {
         true => distorted * (angle.tan() / wanted),
         false => DVec2::NAN,

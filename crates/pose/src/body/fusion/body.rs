@@ -45,6 +45,7 @@ impl BodyFusion {
         pose: &ScoredPoints,
         now: Micros,
     ) -> Result<usize, FusionError> {
+        // A detection of the future means that two clocks are mixed up.
         if described > now {
             return Err(FusionError::NotYet { t: described, now });
         }

@@ -53,6 +53,7 @@ impl ConfidenceTest {
     pub fn believed(&self, pose: &ScoredPoints) -> BodyPoints {
         let [a, b, c] =
             [number::HEAD, number::SHOULDER_R, number::SHOULDER_L].map(|k| pose.scores[k]);
+        // NaN fails both comparisons, so that a score that is not a number is rejected.
         let is_pose_believed = (a + b + c) / 3.0 > self.pose;
         std::array::from_fn(|k| {
             let is_believed = is_pose_believed && pose.scores[k] > self.joint;
@@ -62,6 +63,7 @@ impl ConfidenceTest {
 
     pub(super) fn validate(&self) -> Result<(), PoseError> {
         for (field, value) in [("confidence.joint", self.joint), ("confidence.pose", self.pose)] {
+            // No score exceeds 1, so that a threshold of 1 would reject every pose.
             PoseError::unless((0.0..1.0).contains(&value), field, value, "from 0 to below 1")?;
         }
         Ok(())

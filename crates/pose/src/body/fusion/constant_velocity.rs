@@ -60,6 +60,7 @@ impl JointFilter for ConstantVelocity {
         } else {
             [config.detection_variance_px2, config.first_velocity_variance_px2_per_s2]
         };
+        // Nothing couples the two yet, for one detection says nothing of the velocity.
         let covariance = Covariance { position, cross: 0.0, velocity };
         Self { position_px, velocity_px_per_s: DVec2::ZERO, covariance }
     }
@@ -68,6 +69,7 @@ impl JointFilter for ConstantVelocity {
         self.position_px += self.velocity_px_per_s * dt_s;
         let Covariance { position, cross, velocity } = self.covariance;
         let (q, s) = (config.position_noise_px2_per_s, config.velocity_noise_px2_per_s3);
+        // The noise of the velocity moves the position within the same step; hpe-core neglects it.
         let coupled = if config.parity { 0.0 } else { s * dt_s * dt_s };
         self.covariance = Covariance {
             position: position
@@ -91,6 +93,8 @@ impl JointFilter for ConstantVelocity {
 
     fn measure_velocity(&mut self, px_per_s: DVec2, _: f64, config: &FusionConfig) {
         let Covariance { position, cross, velocity } = self.covariance;
+        // The roles are swapped: the velocity is measured,
+        // and the position follows by the covariance.
         let ([k, l], [velocity, cross, position]) =
             joseph(velocity, cross, position, config.velocity_variance_px2_per_s2);
         let innovation = px_per_s - self.velocity_px_per_s;
@@ -113,6 +117,7 @@ mod tests {
     fn any_filter(state: [f64; 4]) -> ConstantVelocity {
         let [x, v, correlation, size] = state;
         let covariance =
+            // A correlation below 1 keeps the covariance positive; deviations are as 1 to 3.
             Covariance { position: size, cross: correlation * size * 3.0, velocity: size * 9.0 };
         let (position_px, velocity_px_per_s) = (DVec2::splat(x), DVec2::new(v, -v));
         ConstantVelocity { position_px, velocity_px_per_s, covariance }

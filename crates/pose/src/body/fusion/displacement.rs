@@ -55,6 +55,7 @@ impl BodyEstimator for Displacement {
     ) -> Result<(), FusionError> {
         // Without compensation, a detection counts as one of now.
         let t = if self.config.latency_compensation { described } else { now };
+        // All joints are checked first, so that an error leaves every one of them unchanged.
         let measured = self.joints.iter().zip(positions_px).filter(|(_, p)| p.is_some());
         let oldest = measured.filter_map(|(joint, _)| Some(joint.as_ref()?.at)).max();
         if let Some(oldest) = oldest.filter(|&oldest| t < oldest) {
@@ -144,6 +145,7 @@ impl Way {
         let last = slot_before(t);
         let newest = self.newest.unwrap_or(last);
         if last > newest {
+            // After a long gap, every slot of the ring is stale and is cleared once.
             let empty = last.saturating_sub(newest).min(SLOTS as i64);
             for number in last - empty + 1..=last {
                 let slot = self.slot(number);
@@ -160,6 +162,7 @@ impl Way {
         let since_us = self.until.map_or(0, |until| t.0.saturating_sub(until.0));
         self.until = Some(self.until.map_or(t, |until| until.max(t)));
         let speed = px_per_s.length();
+        // A velocity of zero would count for ever and dilute all that was measured before.
         if speed == 0.0 {
             return;
         }
@@ -177,6 +180,7 @@ impl Way {
     /// How far it went from one time to another, px.
     fn between(&self, from: Micros, to: Micros) -> DVec2 {
         let (Some(newest), Some(until)) = (self.newest, self.until) else { return DVec2::ZERO };
+        // The way is known until the last velocity; after it, the joint rests.
         let to = to.min(until);
         let first = from.0.div_euclid(SLOT_US).max(newest - SLOTS as i64 + 1);
         let mut way_px = DVec2::ZERO;
@@ -238,6 +242,7 @@ mod tests {
             assert_eq!(body.velocity(Micros(2_000 * k), &velocity), Ok(()));
         }
         let head = body.query(Micros(12_000_000))[0].expect("followed");
+        // In 12 s at 8 px/s it moves by 96 px, of which only 5 s are remembered.
         assert!((head - glam::Vec2::new(106.0, 20.0)).length() < 1e-3, "{head}");
         // From before what is remembered.
         let late = body.velocity(Micros(6_999_000), &[None; BODY_JOINTS]);

@@ -71,6 +71,7 @@ impl<F: JointFilter> BodyEstimator for SharedClock<F> {
 
     fn velocity(&mut self, t: Micros, px_per_s: &Measured) -> Result<(), FusionError> {
         check(t, self.clock)?;
+        // The first detection starts the clock; velocities before it have no duration.
         let Some(before) = self.clock else { return Ok(()) };
         self.clock = Some(t);
         for (k, joint) in in_order().into_iter().enumerate() {

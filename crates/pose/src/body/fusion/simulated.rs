@@ -59,6 +59,7 @@ const EXACT: Measuring = Measuring {
 /// All that is measured in so many seconds, as it comes in: velocities 500 times a second.
 fn measured(motion: impl Fn(f64) -> (DVec2, DVec2), seconds: i64, how: &Measuring) -> Vec<Arrival> {
     let noise = StageNoise::new(11, "fusion", 0);
+    // Noise depends on time and kind alone, so that other periods have the same noise.
     let draw = |t_ms: i64, k: u32| {
         let both = [0, 1].map(|axis| f64::from(noise.normal(t_ms as usize, 2 * k + axis)));
         DVec2::from(both)
@@ -74,6 +75,7 @@ fn measured(motion: impl Fn(f64) -> (DVec2, DVec2), seconds: i64, how: &Measurin
         let now = Micros(1_000 * (t_ms + how.latency_ms));
         arrivals.push(Arrival::Detection { described: Micros(1_000 * t_ms), at, now });
     }
+    // The sort is stable: a velocity arrives before a detection of the same time.
     arrivals.sort_by_key(Arrival::now);
     arrivals
 }
@@ -113,6 +115,7 @@ fn uniform(t_s: f64) -> (DVec2, DVec2) {
 
 /// 100 px to the sides and 60 px up and down, up to 628 px/s.
 fn swing(t_s: f64) -> (DVec2, DVec2) {
+    // Unequal rates along both axes give motion in many directions and speeds.
     let (x, y) = (TAU * t_s, TAU * 0.7 * t_s + 1.0);
     let at = DVec2::new(320.0 + 100.0 * x.sin(), 240.0 + 60.0 * y.sin());
     (at, DVec2::new(100.0 * TAU * x.cos(), 60.0 * TAU * 0.7 * y.cos()))
@@ -125,6 +128,7 @@ fn with_compensation_uniform_motion_is_followed_exactly() {
     for (estimator, from_s) in [
         (Estimator::Integration, 0.1),
         (Estimator::Displacement, 0.1),
+        // A Kalman filter needs a while to forget that its first velocity was zero.
         (Estimator::ConstantVelocity, 2.0),
     ] {
         let config = FusionConfig { estimator, ..FusionConfig::default() };
@@ -133,6 +137,7 @@ fn with_compensation_uniform_motion_is_followed_exactly() {
         assert!(worst < 1e-3, "{estimator}: {worst}");
         let late = FusionConfig { latency_compensation: false, ..config };
         let worst = largest(&errors(&late, &arrivals, uniform, 2.0));
+        // An uncompensated detection is 70 ms old, in which 340 px/s lead 24 px away.
         assert!(worst > 15.0, "{estimator}: {worst}");
     }
 }
@@ -174,6 +179,7 @@ fn a_swing_is_followed_better_than_by_held_poses() {
         rms(&errors(&config, &arrivals, swing, 1.0))
     };
     let held = rms(&errors_of_hold(&arrivals, swing, 1.0));
+    // Held poses are 60 to 110 ms old, and the swing has 480 px/s in root mean square.
     assert!((40.0..43.0).contains(&held), "{held}");
     for (estimator, limit_px) in [
         (Estimator::ConstantVelocity, 5.5),
@@ -328,6 +334,7 @@ fn without_measurements_a_joint_moves_on_for_a_while() {
     }
     let last_s = 2.998;
     let head = |ms: i64| fusion.query(Micros(2_998_000 + 1_000 * ms))[0].unwrap().as_dvec2();
+    // The default limit of extrapolation is 100 ms.
     assert!(head(100).distance(uniform(last_s + 0.1).0) < 1e-2);
     assert_eq!(head(101), head(500));
 }

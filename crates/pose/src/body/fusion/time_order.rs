@@ -75,6 +75,7 @@ impl<F: JointFilter> TimeOrder<F> {
         while let Some(entry) = self.entries.front()
             && seconds(entry.t, newest) > self.config.history_s
         {
+            // Its state contains all measurements before it, which can no longer be reordered.
             (self.base, self.base_t) = (entry.after, Some(entry.t));
             self.entries.pop_front();
         }
@@ -124,6 +125,7 @@ impl<F: JointFilter> BodyEstimator for TimeOrder<F> {
         tracks.map(|track| {
             let track =
                 track.filter(|track| track.at <= t && track.is_followed(t, &self.config))?;
+            // A velocity is trusted for a while only: without a limit, lost joints would fly away.
             let ahead_s = seconds(track.at, t).min(self.config.extrapolation_limit_s);
             pixels(track.filter.position_px(ahead_s))
         })

@@ -31,6 +31,7 @@ pub(super) fn assemble(
     limbs: &[Limb],
     peaks: &[Vec<Peak>],
 ) -> Vec<Assembly> {
+    // The sort is stable, so that connections of equal scores keep the order of limbs.
     connections.sort_by(|a, b| b.score.total_cmp(&a.score));
     let mut people: Vec<Assembly> = Vec::new();
     for connection in connections {
@@ -58,6 +59,7 @@ pub(super) fn assemble(
             // Both ends are of one person already: its limbs form a loop.
             (Some(one), Some(other)) if one == other => people[one].score += connection.score,
             (Some(one), Some(other)) => {
+                // The later one is removed, so that the index of the earlier one stays valid.
                 merge(&mut people, one.min(other), one.max(other), connection.score);
             }
             // A connection of a higher score has taken the part.

@@ -25,6 +25,7 @@ pub(super) fn connections(
 ) -> Vec<Connection> {
     let [from, to] = limb.parts.map(|part| &peaks[part]);
     let mut all = Vec::new();
+    // Any two may be one person's: the assembly chooses among all that agree with the field.
     for (a, start) in from.iter().enumerate() {
         for (b, end) in to.iter().enumerate() {
             if let Some(score) = agreement(start, end, field, options) {
@@ -58,5 +59,6 @@ fn agreement(
             agreeing += 1;
         }
     }
+    // A line that crosses the limb of somebody else agrees with its field in parts only.
     (agreeing as f32 > options.min_agreement * samples as f32).then(|| sum / agreeing as f32)
 }

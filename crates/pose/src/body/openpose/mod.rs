@@ -146,6 +146,7 @@ impl OpenPoseDecoder {
         let part = |(of_part, chosen): (&Vec<Peak>, &Option<usize>)| match chosen {
             Some(index) => {
                 let Peak { at_px, score } = of_part[*index];
+                // Pixels count from the middle of the first, relative positions from its edge.
                 BodyJoint { position: Some((at_px + 0.5) / size_px), score }
             }
             None => BodyJoint { position: None, score: 0.0 },

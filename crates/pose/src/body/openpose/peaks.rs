@@ -24,6 +24,7 @@ pub(super) struct Peak {
 /// a body in the middle between two pixels would be lost.
 pub(super) fn peaks(map: &FineMap, threshold: f32) -> Vec<Peak> {
     let mut peaks = Vec::new();
+    // Pixels of the border lack neighbours, so that none of them is a maximum.
     for y in 1..map.rows.saturating_sub(1) {
         for x in 1..map.columns.saturating_sub(1) {
             let score = map.at(x, y);
@@ -47,6 +48,7 @@ fn refined(map: &FineMap, x: usize, y: usize) -> Vec2 {
     let (mut sum, mut at_px) = (0.0, Vec2::ZERO);
     for y in y.saturating_sub(REACH)..=(y + REACH).min(map.rows - 1) {
         for x in x.saturating_sub(REACH)..=(x + REACH).min(map.columns - 1) {
+            // Bicubic interpolation undershoots, and a negative weight would push the peak away.
             let weight = map.at(x, y).max(0.0);
             sum += weight;
             at_px += weight * Vec2::new(x as f32, y as f32);

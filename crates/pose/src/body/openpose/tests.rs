@@ -64,6 +64,7 @@ fn maps(model: OpenPoseModel) -> (Vec<f32>, Vec<f32>) {
         for part in (0..model.parts()).filter(|part| is_shown(*part)) {
             for cell in 0..cells {
                 let value = &mut heatmaps[part * cells + cell];
+                // OpenPose trains on the larger of two hills, which keeps both peaks apart.
                 *value = value.max(hill(at(part), person.height, cell));
             }
         }

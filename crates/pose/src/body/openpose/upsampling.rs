@@ -48,6 +48,8 @@ struct InterpolationWeights(Vec<([usize; 4], [f32; 4])>);
 impl InterpolationWeights {
     fn new(length: usize, factor: usize) -> Self {
         let tap = |fine: usize| {
+            // Middles of pixels correspond, not corners,
+            // as where corners are not aligned in PyTorch.
             let at = (fine as f32 + 0.5) / factor as f32 - 0.5;
             let before = at.floor();
             let inside = |k: isize| (before as isize + k).clamp(0, length as isize - 1) as usize;

@@ -43,6 +43,7 @@ impl PixelTriplets {
         let slope = if determinant > 0.0 {
             normal.inverse() * right
         } else {
+            // One line gives the slope along it alone; the trace yields the shortest such slope.
             right / (normal.x_axis.x + normal.y_axis.y)
         };
         let fits = |(d, us): (DVec2, f64)| (slope.dot(d) - us).abs() <= tolerance * us;

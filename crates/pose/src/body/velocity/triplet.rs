@@ -136,6 +136,7 @@ impl TripletVelocity {
         let mut triplets = PixelTriplets::default();
         for (k, direction) in DIRECTIONS.iter().enumerate() {
             let fired = |steps: isize| {
+                // An edge comes from against its direction, where the pixels fired earlier.
                 let row = REACH as isize - steps * direction[1];
                 patch[row as usize][(x as isize - steps * direction[0]) as usize]
             };

@@ -47,6 +47,7 @@ impl JointErrors {
             }
             _ => self.missing += 1,
         }
+        // Thresholds are shares of the size: without one, no error is correct or wrong.
         match size_px.filter(|size_px| *size_px > 0.0) {
             // A missing joint is farther away than any threshold.
             Some(size_px) => self.pck.push(distance_px.unwrap_or(f64::INFINITY), size_px),
@@ -57,6 +58,7 @@ impl JointErrors {
     /// See [`MissingJoints::Published`](super::MissingJoints::Published).
     fn push_published(&mut self, predicted: DVec2, truth: DVec2, size_px: f64) {
         let distance_px = predicted.distance(truth);
+        // As published: the column alone decides whether there is a label.
         if truth.x != -1.0 {
             self.labelled += 1;
             self.pck.push(distance_px, size_px);
@@ -269,6 +271,7 @@ mod tests {
         let counts = |of: fn(&JointErrors) -> u64| merged.joints.iter().map(of).sum::<u64>();
         assert_eq!((counts(|j| j.missing), counts(|j| j.spurious)), (3, 3));
         assert_eq!((counts(|j| j.unlabelled), counts(|j| j.unmeasured)), (3, 39));
+        // Of the 13 joints of one instant, one is missing and one is not labelled.
         assert_eq!(merged.pooled(|joint| joint.distance_px).count, 3 * (11 + 13));
     }
 }

@@ -84,6 +84,7 @@ impl BodyProtocol {
             end_s,
             "that of nine hours at 1 kHz at most",
         )?;
+        // Instants are multiples, not sums, so that rounding does not add up.
         Ok((0..count as u64).map(move |i| i as f64 * step_s))
     }
 }

@@ -48,6 +48,7 @@ impl BodySequence {
         let mut sequence =
             Self { skipped: (predicted.len() - kept.len()) as u64, ..Self::default() };
         let mut labels = tracks.truth.sampler();
+        // Predictions are in time order, and a sampler can only go forwards.
         let truth: Vec<Pose> = kept.iter().map(|(t_s, _)| labels.at(*t_s)).collect();
         for ((_, pose), truth) in kept.iter().zip(&truth) {
             push(&mut sequence.raw, pose, truth);
@@ -66,6 +67,7 @@ impl BodySequence {
                 push(&mut sequence.resampled, &predictions.at(t_s), &labels.at(t_s));
             }
         }
+        // Latencies are not part of the tracks, so that the same predictions are chosen again.
         for prediction in predicted.iter().filter(|prediction| tracks.counts(prediction.t_s)) {
             sequence.delay_s.push(prediction.delay_s);
         }

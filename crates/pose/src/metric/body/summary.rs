@@ -136,6 +136,7 @@ impl BodyScores {
             };
             interval(&parts, merge, mean, config)
         };
+        // Squares are merged before the root is taken: a mean of roots would be another quantity.
         let squares = |value: fn(&RootMeanSquare) -> Option<f64>| {
             let parts: Vec<_> =
                 sequences.iter().map(|s| s.joints.each_ref().map(|j| j.squares)).collect();
@@ -187,6 +188,7 @@ fn interval<T: Clone + Default>(
     value: impl Fn(&T) -> Option<f64>,
     config: &BootstrapConfig,
 ) -> Option<Interval> {
+    // A draw of sequences without a value would have none itself.
     let measured: Vec<&T> = sequences.iter().filter(|sequence| value(sequence).is_some()).collect();
     let of_drawn = |drawn: &[usize]| {
         let mut all = T::default();
@@ -236,7 +238,9 @@ mod tests {
             assert!(low <= estimate && estimate <= high);
         };
         near(summary.resampled.mpjpe_px, 25.0);
+        // This is the root of the mean of 10², 20², 30² and 40².
         near(summary.resampled.rmse_px, 750f64.sqrt());
+        // An error of 10 % is correct at 91 of the 100 thresholds, one of 40 % at 61.
         near(summary.resampled.auc, (0.91 + 0.81 + 0.71 + 0.61) / 4.0);
         near(summary.delay_s, 0.02);
         near(summary.rate_hz, 20.0);

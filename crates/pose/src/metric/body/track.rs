@@ -96,6 +96,7 @@ impl Track {
         let poses = truth.iter().enumerate().map(|(row, truth)| {
             let joints = filled(&truth.joints_px, joint);
             let pose = Pose { joints, size: truth.size_px.map(f64::from).or(size) };
+            // An unknown size is no fault; only one that is not finite is.
             check("label", row, [truth.t_s, pose.size.unwrap_or(0.0)], &pose)?;
             Ok((truth.t_s, pose))
         });
@@ -153,6 +154,7 @@ impl Sampler<'_> {
         }
         let Some((before_s, before)) = self.poses.get(self.at) else { return Pose::default() };
         match self.poses.get(self.at + 1) {
+            // On a pose itself nothing is interpolated: joints that the next one lacks still count.
             Some((after_s, after)) if t_s > *before_s => {
                 Pose::between(before, after, t_s - before_s, after_s - before_s)
             }

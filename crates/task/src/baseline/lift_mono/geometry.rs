@@ -77,7 +77,9 @@ impl LiftGeometry {
             let relative = 1.0 - f64::from(depths[joint]) / self.depth_scale;
             let depth = relative.recip();
             let at = ray.direction * depth;
+            // The lens has y down and z forwards, camera space y up and z backwards.
             let at = glam::DVec3::new(at.x, -at.y, -depth).as_vec3();
+            // A depth coordinate beyond the scale would lie behind the camera.
             (relative > 0.0 && at.is_finite()).then_some(at)
         });
         let Some(length) = torso_of(&unit) else { return [None; BODY_JOINTS] };

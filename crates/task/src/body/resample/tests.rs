@@ -85,6 +85,7 @@ fn in_its_own_size_an_image_is_itself() {
 
 #[test]
 fn upright_images_are_the_same_pixel_by_pixel() {
+    // A negative scale is a mirror, which is upright as well.
     let map =
         DAffine2::from_scale_angle_translation(DVec2::new(-1.3, 0.7), 0.0, DVec2::new(1.2, 0.1));
     let pixels = DVec2::new(WIDTH as f64, HEIGHT as f64);
