@@ -4,7 +4,7 @@ use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::harness::{Sandbox, bytes, shipped, stderr};
+use crate::harness::{Sandbox, bytes, shipped, stderr, tiny};
 
 /// A recording of a second: a dot that runs along the rows.
 fn recorded() -> Sandbox {

@@ -35,7 +35,7 @@ pub enum HotRule {
         /// How many times.
         factor: f64,
     },
-    /// More events than this count.
+    /// This many events or more.
     Count(u32),
 }
 
@@ -225,8 +225,8 @@ mod tests {
         for row in counts.chunks_exact_mut(40) {
             row[10..13].fill(90);
         }
-        let hot = [(0, 0), (39, 29), (25, 10), (26, 10), (26, 11), (11, 20)];
-        for (x, y) in hot {
+        let mut wanted = [(0, 0), (39, 29), (25, 10), (26, 10), (26, 11), (11, 20)];
+        for (x, y) in wanted {
             counts[y * 40 + x] = 5_000;
         }
         let mut hot: Vec<(usize, usize)> = activity(counts, 10)
@@ -235,7 +235,6 @@ mod tests {
             .map(|pixel| (usize::from(pixel.x), usize::from(pixel.y)))
             .collect();
         hot.sort_unstable();
-        let mut wanted = hot.to_vec();
         wanted.sort_unstable();
         assert_eq!(hot, wanted);
     }

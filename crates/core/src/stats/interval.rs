@@ -72,16 +72,17 @@ pub fn wilson(successes: usize, trials: usize) -> (f64, f64) {
 /// # Source
 /// Conover, *Practical nonparametric statistics*, 1999, section 3.2.
 pub fn median_outer_count(n: usize) -> usize {
-    // Probability of `k` heads, and of at most `k`, in `n` throws of a fair coin.
-    let (mut chance, mut at_most, mut outer) = (0.5_f64.powi(n as i32), 0.0, 0);
+    // Logarithm of the probability of `k` heads, and probability of at most `k`, in `n` throws of a
+    // fair coin: the first itself underflows from 1,075 throws on.
+    let (mut log_chance, mut at_most, mut outer) = (-(n as f64) * std::f64::consts::LN_2, 0.0, 0);
     for k in 0..n / 2 {
-        at_most += chance;
+        at_most += log_chance.exp();
         if 2.0 * at_most > MISS {
             break;
         }
         outer = k + 1;
         // Each binomial probability follows from the last, without factorials that overflow.
-        chance *= (n - k) as f64 / (k + 1) as f64;
+        log_chance += ((n - k) as f64 / (k + 1) as f64).ln();
     }
     outer.saturating_sub(1)
 }
@@ -148,6 +149,8 @@ mod tests {
     fn intervals_of_medians_are_those_of_the_tables() {
         // Conover's table A3: ranks 1 and 6, 2 and 9, 6 and 15 of 6, 10 and 20 values.
         assert_eq!([3, 6, 10, 20].map(median_outer_count), [0, 0, 1, 5]);
+        // Of many values, by the normal approximation: 1000 less 0.98 √2000.
+        assert!((954..=957).contains(&median_outer_count(2_000)));
         // Ranks 40 and 61 of 100, as in the tables.
         assert_eq!(median_bound_indices(100), [39, 60]);
         assert_eq!(median_bound_indices(1), [0, 0]);

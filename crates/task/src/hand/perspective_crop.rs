@@ -181,7 +181,6 @@ mod tests {
     }
 
     /// A hand before the canonical view, and the crop about it.
-    /// image.
     fn cropped() -> (Camera, HandView, PerspectiveCrop) {
         let config = HandConfig::default();
         let view = HandView::new(&config).unwrap();

@@ -82,7 +82,10 @@ impl LiftGeometry {
             // A depth coordinate beyond the scale would lie behind the camera.
             (relative > 0.0 && at.is_finite()).then_some(at)
         });
-        let Some(length) = torso_of(&unit) else { return [None; BODY_JOINTS] };
+        // A torso without length has no scale: it would put people at the farthest depth there is.
+        let Some(length) = torso_of(&unit).filter(|length| *length > 0.0) else {
+            return [None; BODY_JOINTS];
+        };
         let [nearest_m, farthest_m] = self.reference_m;
         let reference_m = (torso_m / length).max(nearest_m).min(farthest_m);
         unit.map(|joint| Some(joint? * reference_m).filter(|at_m| at_m.is_finite()))
