@@ -115,7 +115,7 @@ mod tests {
         assert_eq!(bytes.len(), 128 + 3 * 21 * 3 * 4);
         // Frame 2, point 5, y.
         let at = 128 + 4 * ((2 * 21 + 5) * 3 + 1);
-        assert_eq!(bytes[at..at + 4], 0.05_f32.to_le_bytes());
+        assert_eq!(bytes[at..at + 4], (5.0 * 0.01_f32).to_le_bytes());
         std::fs::write(&path, &bytes[..bytes.len() - 1]).unwrap();
         assert!(read_hand_joints(&path).is_err());
     }

@@ -188,7 +188,7 @@ pub const GESTURES: [Gesture; 32] = [
             finger(2.0, 76.0, 80.0),
         ],
     ),
-    gesture("A", [16.0, -32.0, 6.0, 5.0], [INDEX, MIDDLE, RING, PINKY]),
+    gesture("A", [18.0, -24.0, 4.0, 4.0], [INDEX, MIDDLE, RING, PINKY]),
     gesture(
         "B",
         [40.0, 30.0, 50.0, 30.0],
