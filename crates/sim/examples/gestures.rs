@@ -81,7 +81,5 @@ fn main() -> Result<(), Box<dyn Error>> {
             }
         }
     }
-    let names = GESTURES.chunks(COLUMNS).map(|row| row.iter().map(|gesture| gesture.name));
-    names.for_each(|row| println!("{}", row.collect::<Vec<_>>().join(" ")));
     Ok(sheet.save(path)?)
 }

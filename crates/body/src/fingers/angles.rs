@@ -13,9 +13,9 @@
 //!
 //! # Source
 //! Lee, Kunii: *Model-based analysis of hand posture* (IEEE Computer Graphics and Applications
-//! 15(5), 1995) for DIP = 2/3 PIP; Lin, Wu, Huang: *Modeling the constraints of human hand motion*
-//! (Workshop on Human Motion, 2000) for limits and couplings. Limits are rounded outwards, to what
-//! the gestures of [`GESTURES`](super::GESTURES) need.
+//! 15(5), 1995) and Lin, Wu, Huang: *Modeling the constraints of human hand motion* (Workshop on
+//! Human Motion, 2000) for DIP = 2/3 PIP and the kinds of limits. Their values here are ours: those
+//! that the gestures of [`GESTURES`](super::GESTURES) need, and the ring finger's share by eye.
 
 use evpose_core::CounterRng;
 
@@ -75,9 +75,11 @@ impl HandAngles {
     #[must_use]
     pub fn coupled(&self) -> Self {
         let mut digits = self.digits;
-        for k in 1..4 {
-            let neighbours = 0.5 * (digits[MIDDLE][k] + digits[PINKY][k]);
-            digits[RING][k] += RING_FOLLOWS * (neighbours - digits[RING][k]);
+        let (middle, pinky) = (digits[MIDDLE], digits[PINKY]);
+        // Spread is every finger's own.
+        let flexions = digits[RING].iter_mut().zip(middle.iter().zip(&pinky)).skip(1);
+        for (ring, (middle, pinky)) in flexions {
+            *ring += RING_FOLLOWS * (0.5 * (middle + pinky) - *ring);
         }
         for finger in &mut digits[INDEX..] {
             let [low, high] = FINGER_LIMITS_DEG[0].map(f32::to_radians);

@@ -15,9 +15,7 @@
 //! MakeHuman's body and MANO, and on either side. Only DIP and IP joints are taken as straight at
 //! rest, since the vertices at tips lie on the skin and not on the bones' axes.
 //!
-//! # Source
-//! Axes as in Albrecht, Haber, Seidel: *Construction and animation of anatomically based human hand
-//! models* (SCA 2003); the share of convergence and the gain of pronation are ours, by eye.
+//! The share of convergence, the direction of the pad and the gain of pronation are ours, by eye.
 
 use evpose_pose::HandSide;
 use glam::{Mat3, Quat, Vec3};
