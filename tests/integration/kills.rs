@@ -110,8 +110,8 @@ const SHORT: &[&str] =
 fn simulate() {
     let command = tiny(&["simulate", "quick", "--out", "out"]);
     let kills = kill_at_every_write(&Sandbox::new(), &command, &["--resume"]);
-    // Config and origin, four files of each of two sequences, the manifest.
-    assert_eq!(kills, 11);
+    // Config and origin, five files of each of two sequences, the manifest.
+    assert_eq!(kills, 13);
     let command = tiny_body(&["simulate", "finetune", "--out", "out"]);
     assert_eq!(kill_at_every_write(&Sandbox::new(), &command, &["--resume"]), 15);
 }

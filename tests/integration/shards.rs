@@ -32,8 +32,8 @@ fn shards_in_one_directory_are_the_whole_run_to_the_byte() {
     let sandbox = Sandbox::new();
     sandbox.ok(&simulate("whole", "0.4", &[]));
     let expected = tree(&sandbox.path("whole"));
-    // Three files and their digests for each, the manifest, and what says where they come from.
-    assert_eq!(expected.len(), 6 * 4 + 3);
+    // Four files and their digests for each, the manifest, and what says where they come from.
+    assert_eq!(expected.len(), 6 * 5 + 3);
     let said = sandbox.ok(&simulate("parts", "0.4", &["--shard", "2/3", "--threads", "1"]));
     assert!(said.contains("shard 2/3 is complete"), "{said}");
     // Together, as an array job starts them.
@@ -51,11 +51,11 @@ fn shards_in_one_directory_are_the_whole_run_to_the_byte() {
     assert!(present == expected, "{:?}", strays(&present, &expected));
 
     let info = sandbox.ok(&["info", "--verify", "parts"]);
-    assert!(info.contains("6 of 6 complete") && info.contains("18 files"), "{info}");
+    assert!(info.contains("6 of 6 complete") && info.contains("24 files"), "{info}");
     sandbox.write("parts/0004.meta", "changed");
     let message = sandbox.fails(&["info", "--verify", "parts"]);
     assert!(
-        message.contains("files not as recorded: 1 (18 have") && message.contains("0004.meta"),
+        message.contains("files not as recorded: 1 (24 have") && message.contains("0004.meta"),
         "{message}"
     );
 }

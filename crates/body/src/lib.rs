@@ -6,6 +6,7 @@
 //! * [`ShapedBody`], [`BodyPose`], [`PosedBody`]: one person, one pose, and the two together.
 //! * [`motion`]: the published random motion of arm and hand; [`activity`]: activities of a whole
 //!   body; [`mocap`]: recorded motion of a whole body.
+//! * [`fingers`]: gestures, and fingers that move by themselves.
 //! * [`skeleton`], [`texture_layout`], [`clothes_layout`]: joint indices, and the texture layouts
 //!   of skin and clothes.
 //!
@@ -28,6 +29,7 @@
 pub mod activity;
 pub mod clothes_layout;
 pub mod files;
+pub mod fingers;
 mod folder_error;
 mod human;
 mod implicit;

@@ -3,6 +3,7 @@
 use evpose_pose::HandParams;
 use glam::Vec3;
 
+use crate::fingers::HandRotations;
 use crate::skeleton::{BODY_JOINTS, HAND_JOINTS, JOINTS};
 use crate::{BodyModel, HandBasis};
 
@@ -87,5 +88,10 @@ impl BodyPose {
         for (k, joint) in hand.iter_mut().take(HAND_JOINTS).enumerate() {
             *joint = basis.rotation(k, coefficients);
         }
+    }
+
+    /// Sets the rotations of one hand's joints.
+    pub fn set_hand_rotations(&mut self, basis: &HandBasis, rotations: &HandRotations) {
+        self.joints[basis.first_joint..][..HAND_JOINTS].copy_from_slice(rotations);
     }
 }

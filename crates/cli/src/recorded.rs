@@ -53,10 +53,10 @@ pub fn claim(
 fn holds_sequences(dir: &Path) -> bool {
     std::fs::read_dir(dir).is_ok_and(|entries| {
         entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok()).any(|name| {
-            let endings = [HANDS, PEOPLE].as_flattened();
             // All but the descriptions, whose ending others have as well.
-            endings
+            HANDS
                 .iter()
+                .chain(&PEOPLE)
                 .filter(|ending| **ending != "toml")
                 .any(|ending| name.strip_suffix(ending).is_some_and(|stem| stem.ends_with('.')))
         })

@@ -61,6 +61,7 @@ pub mod framed;
 pub mod frames;
 #[cfg(test)]
 mod golden;
+mod hand_joints;
 mod hdf5;
 pub mod meta;
 mod names;
@@ -87,6 +88,7 @@ pub use columns::Columns;
 pub use error::IoError;
 pub use evc::{EvcEvent, EvcReader, EvcWindow, EvcWriter};
 pub use frames::{Encoding, FrameFault, FrameSource};
+pub use hand_joints::{HAND_JOINTS_ENDING, HandJointsWriter, read_hand_joints};
 pub use meta::{MetaReader, MetaWriter};
 pub use open::{
     Create, FORMATS, Format, Info, Labels, Open, OutsideCount, Recording, SensorOrigin, Windows,

@@ -12,6 +12,7 @@
 use std::path::Path;
 
 use evpose_body::files::ModelFile;
+use evpose_body::fingers::{FingerAxes, HandAngles, HandRotations};
 use evpose_body::skeleton::JOINTS;
 use evpose_body::texture_layout::coordinates;
 use evpose_body::{BodyModel, BodyPose, MakeHuman, PosedBody, ShapedBody};
@@ -26,6 +27,9 @@ use crate::texture::metres_per_texture;
 
 /// Evaluated points of a hand in the world, in metres, in the order of [`EVALUATION_JOINTS`].
 pub type HandPoints3 = [Vec3; EVALUATION_JOINTS.len()];
+
+/// Rotations of a hand's joints, and the articulation closest to them.
+pub(crate) type GesturedHand = (HandRotations, [f32; 6]);
 
 /// A hand model in front of a camera.
 #[derive(Debug, Clone)]
@@ -135,25 +139,41 @@ impl Actor {
         }
     }
 
-    /// Poses the model as the motion generator says and returns the pose parameters of the right
-    /// hand; `mirror` is the one before the camera that sees it. `out` is not mirrored.
+    /// Rotations of the joints of the model's own hand for angles of its fingers, and the articulation
+    /// that comes closest to them.
+    pub(crate) fn gesture(&self, shaped: &ShapedBody, angles: &HandAngles) -> GesturedHand {
+        let axes = FingerAxes::new(&self.body, shaped, self.native_side);
+        let rotations = axes.rotations(angles);
+        (rotations, self.body.right_hand.coefficients(&rotations))
+    }
+
+    /// Poses the model as the motion generator says, with `fingers` in place of its articulation
+    /// where they move by themselves, and returns the pose parameters of the right hand; `mirror` is
+    /// the one before the camera that sees it. `out` is not mirrored.
     pub(crate) fn apply_pose(
         &self,
         shaped: &ShapedBody,
-        pose: &BodyPose,
+        mut pose: BodyPose,
         articulation: [f32; 6],
+        fingers: Option<&HandRotations>,
         mirror: &Mirror,
         out: &mut PosedBody,
     ) -> HandParams {
         let Some((arm, neutral)) = &self.carrier else {
-            self.body.pose(shaped, pose, out);
+            if let Some(fingers) = fingers {
+                pose.set_hand_rotations(&self.body.right_hand, fingers);
+            }
+            self.body.pose(shaped, &pose, out);
             return out.hand_params(&self.body, articulation);
         };
-        arm.pose_joints(neutral, pose, out);
+        arm.pose_joints(neutral, &pose, out);
         let right = out.hand_params(arm, articulation);
         // The arm is a right one: a model of a left hand is posed as its mirror image.
         let own = if self.native_side.is_right() { right } else { mirror.hand(&right) };
-        self.body.pose_hand(shaped, &own, out);
+        match fingers {
+            Some(fingers) => self.body.pose_hand_with(shaped, &own, fingers, out),
+            None => self.body.pose_hand(shaped, &own, out),
+        }
         right
     }
 

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use evpose_io::MetaWriter;
+use evpose_io::{HAND_JOINTS_ENDING, HandJointsWriter, MetaWriter};
 use rayon::prelude::*;
 
 use crate::set::{SequenceSet, Shard};
@@ -49,7 +49,8 @@ pub struct RecordedRun {
 }
 
 /// Simulates `frames` steps into `STEM.evc`, or the ending of the config's [`EventFormat`],
-/// `STEM.meta` and `STEM.toml` (a [`SequenceInfo`]), which appear when they are complete.
+/// `STEM.meta`, `STEM.joints.npy` (see [`read_hand_joints`](evpose_io::read_hand_joints)) and `STEM.toml`
+/// (a [`SequenceInfo`]), which appear when they are complete.
 ///
 /// `progress` receives the number of frames simulated since its last call.
 ///
@@ -83,6 +84,9 @@ fn record_as(
     let labels_path = with_ending(stem, "meta");
     let mut events = StepWriter::create(stem, format, simulator.camera().sensor())?;
     let mut labels = MetaWriter::create_for_hands(&labels_path)?;
+    let mut joints = HandJointsWriter::create(with_ending(stem, HAND_JOINTS_ENDING), frames)?;
+    // Labels are those before the configured camera, wherever that of the sequence stands.
+    let camera_from_world = simulator.config().camera().camera_from_world();
     let mut unreported = 0;
     let mut info = SequenceInfo {
         sensor: simulator.camera().sensor(),
@@ -100,6 +104,7 @@ fn record_as(
             });
         }
         labels.hand(&step.label)?;
+        joints.frame(&step.points_m.map(|point_m| camera_from_world.transform_point3(point_m)))?;
         events.step(step.events)?;
         unreported += 1;
         // In batches, since all threads report to one receiver.
@@ -113,12 +118,13 @@ fn record_as(
     // Events last: a reader that sees them finds labels and info complete.
     info.write(stem)?;
     labels.finish()?;
+    joints.finish()?;
     events.finish()?;
     Ok(SequenceFiles { events_path, labels_path, frames, events: count })
 }
 
 /// Simulates all sequences of a run into `DIRECTORY/0000.evc`, or the ending of the config's format,
-/// `DIRECTORY/0000.meta`, …, one sequence a thread, with a manifest of their digests. The bytes do not depend on the number of
+/// `DIRECTORY/0000.meta`, `DIRECTORY/0000.joints.npy`, …, one sequence a thread, with a manifest of their digests. The bytes do not depend on the number of
 /// threads.
 ///
 /// # Errors

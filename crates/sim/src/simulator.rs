@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use evpose_body::fingers::{FingerMotion, Fingers};
 use evpose_body::motion::{BezierMotion, ViewTest};
 use evpose_body::{BodyPose, PosedBody, ShapedBody};
 use evpose_core::{EventStream, LookAt, Micros, Plane, seed_for};
@@ -37,6 +38,8 @@ pub struct Simulator {
     mirror: Mirror,
     camera: Camera,
     motion: BezierMotion,
+    /// Motion of the fingers, where they move by themselves.
+    fingers: Option<FingerMotion>,
     view: ViewTest,
     posed: PosedBody,
     sensor: SensorRun,
@@ -89,6 +92,10 @@ impl Simulator {
         let (side, camera) = (config.hands.side(index), config.placed_camera());
         let mut motion =
             BezierMotion::new(config.motion, seed_for(seed, "motion", 0), config.step_hz);
+        let fingers = (config.motion.fingers == Fingers::Gestures).then(|| {
+            let seed = seed_for(seed, "fingers", 0);
+            FingerMotion::new(seed, config.step_hz, config.motion.period_s)
+        });
         let view = ViewTest::new(
             &config.placement(),
             &camera.pinhole(),
@@ -117,6 +124,7 @@ impl Simulator {
             side,
             camera,
             motion,
+            fingers,
             view,
             posed,
             sensor,
@@ -168,9 +176,11 @@ impl Simulator {
         let target = *self.motion.step();
         let (driven, _) = actor.driven_body(shaped);
         let pose = BodyPose::from_generator(driven, &target.parameters, target.translation_m);
+        let gesture = self.fingers.as_mut().map(|motion| actor.gesture(shaped, motion.step()));
+        let articulation = gesture.map_or(target.articulation(), |(_, closest)| closest);
+        let fingers = gesture.as_ref().map(|(rotations, _)| rotations);
         watch.lap(SimulationPart::Motion);
-        let articulation = target.articulation();
-        let right = actor.apply_pose(shaped, &pose, articulation, mirror, &mut self.posed);
+        let right = actor.apply_pose(shaped, pose, articulation, fingers, mirror, &mut self.posed);
         watch.lap(SimulationPart::Skinning);
         // A wrist that left the image changes the next target; this frame is as it is.
         self.motion.call_back(&self.view, right.translation_m);

@@ -47,8 +47,8 @@ fn whole() -> (tempfile::TempDir, BTreeMap<String, Vec<u8>>) {
 #[test]
 fn shards_in_any_order_leave_the_bytes_of_the_whole_run() {
     let (_whole, expected) = whole();
-    // Three files, their digests, and one manifest.
-    assert_eq!(expected.len(), SEQUENCES * 4 + 1);
+    // Four files, their digests, and one manifest.
+    assert_eq!(expected.len(), SEQUENCES * 5 + 1);
     let directory = tempfile::tempdir().unwrap();
     for (part, finished) in [("2/3", false), ("3/3", false), ("1/3", true)] {
         assert_eq!(fill(directory.path(), part).finished, finished, "{part}");
@@ -137,7 +137,7 @@ fn verification_names_every_file_that_is_missing_changed_or_foreign() {
         read.fetch_add(bytes, std::sync::atomic::Ordering::Relaxed);
     };
     let verified = verify(directory.path(), &count).unwrap();
-    assert_eq!((verified.files, verified.finished, verified.leftovers), (15, true, 0));
+    assert_eq!((verified.files, verified.finished, verified.leftovers), (20, true, 0));
     assert_eq!(verified.bytes, read.into_inner());
 
     let at = |name: &str| directory.path().join(name);
@@ -149,7 +149,7 @@ fn verification_names_every_file_that_is_missing_changed_or_foreign() {
     fs::write(at("0001.evc.12-0.tmp"), "nobody reads it").unwrap();
     let error = verify(directory.path(), &|_| {}).unwrap_err();
     let message = error.to_string();
-    let SimError::Damaged { faults, files: 15, .. } = error else { panic!("{message}") };
+    let SimError::Damaged { faults, files: 20, .. } = error else { panic!("{message}") };
     let actual: Vec<(String, MismatchKind)> = faults
         .iter()
         .map(|fault| (fault.path.file_name().unwrap().to_string_lossy().into_owned(), fault.kind))
@@ -170,7 +170,7 @@ fn an_unfinished_set_is_verified_as_far_as_it_goes() {
     let directory = tempfile::tempdir().unwrap();
     fill(directory.path(), "1/2");
     let verified = verify(directory.path(), &|_| {}).unwrap();
-    assert_eq!((verified.files, verified.finished), (9, false));
+    assert_eq!((verified.files, verified.finished), (12, false));
     fs::remove_file(directory.path().join("0002.sha256")).unwrap();
     let message = verify(directory.path(), &|_| {}).unwrap_err().to_string();
     assert!(message.contains("0002.evc has no digest"), "{message}");
@@ -220,5 +220,24 @@ fn the_manifest_is_read_by_sha256sum() {
         .unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stdout));
     let lines = String::from_utf8(output.stdout).unwrap();
-    assert_eq!(lines.lines().filter(|line| line.ends_with(": OK")).count(), SEQUENCES * 3);
+    assert_eq!(lines.lines().filter(|line| line.ends_with(": OK")).count(), SEQUENCES * 4);
+}
+
+/// As recordings were before joints lay beside them.
+#[test]
+fn a_set_without_joints_is_complete_and_verified() {
+    let (directory, _) = whole();
+    for path in fs::read_dir(directory.path()).unwrap().map(|entry| entry.unwrap().path()) {
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        if name.ends_with("joints.npy") {
+            fs::remove_file(path).unwrap();
+        } else if name.ends_with("sha256") {
+            let text = fs::read_to_string(&path).unwrap();
+            let lines = text.lines().filter(|line| !line.ends_with("joints.npy"));
+            fs::write(path, lines.map(|line| format!("{line}\n")).collect::<String>()).unwrap();
+        }
+    }
+    let verified = verify(directory.path(), &|_| {}).unwrap();
+    assert_eq!((verified.files, verified.finished), (15, true));
+    assert_eq!(fill(directory.path(), "1/1").reused, SEQUENCES);
 }

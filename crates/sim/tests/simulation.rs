@@ -6,10 +6,13 @@ mod support;
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use evpose_body::PosedBody;
+use evpose_body::fingers::Fingers;
 use evpose_core::{EventStream, Micros, SensorSize};
-use evpose_io::{EvcReader, MetaReader};
+use evpose_io::{EvcReader, MetaReader, read_hand_joints};
+use evpose_pose::HandSide;
 use evpose_sensor::SensorConfig;
-use evpose_sim::config::SensorChoice;
+use evpose_sim::config::{Hands, SensorChoice};
 use evpose_sim::{Simulation, SimulationConfig, Simulator, record, record_all};
 use support::tree;
 
@@ -217,6 +220,55 @@ fn the_rgb_frame_has_the_luminance_the_sensor_was_exposed_to() {
         let of_rgb = evpose_sim::scene::luminance(*rgb);
         assert!((of_rgb - seen).abs() < 1e-5, "{of_rgb} {seen}");
     }
+}
+
+/// A camera that is displaced, and a left hand: what its own camera sees, in its frame.
+#[test]
+fn joints_lie_in_the_frame_of_the_camera_that_records() {
+    let mut config = SimulationConfig { sequences: 1, seconds: 0.05, ..small() };
+    config.camera_pose.orbit_deg = [20.0, 10.0];
+    config.camera_pose.roll_deg = 30.0;
+    for (hands, fingers) in [(Hands::Right, Fingers::Components), (Hands::Left, Fingers::Gestures)]
+    {
+        (config.hands, config.motion.fingers) = (hands, fingers);
+        let directory = tempfile::tempdir().unwrap();
+        let simulation = Simulation::new(&config, 3).unwrap();
+        let run = record_all(&simulation, directory.path(), &|_| {}).unwrap();
+        let joints_m = read_hand_joints(directory.path().join("0000.joints.npy")).unwrap();
+        assert_eq!(joints_m.len() as u64, run.sequences[0].frames);
+        let mut simulator = simulation.sequence(0).unwrap();
+        let camera = config.camera();
+        for joints_m in &joints_m {
+            let step = simulator.advance().unwrap();
+            for (joint_m, point_m) in joints_m.iter().zip(step.points_m) {
+                let at_px = camera.pinhole().image_from_camera(*joint_m).unwrap();
+                let seen_px = camera.image_from_world(point_m).unwrap();
+                assert!(at_px.distance(seen_px) < 1e-3, "{at_px} {seen_px}");
+            }
+        }
+    }
+}
+
+#[test]
+fn fingers_that_move_by_themselves_are_rendered_where_their_joints_are() {
+    let mut config = SimulationConfig { image_scale: 0.5, ..small() };
+    config.motion.fingers = Fingers::Gestures;
+    let mut simulator = Simulator::new(&config, 12).unwrap();
+    let mut published =
+        Simulator::new(&SimulationConfig { image_scale: 0.5, ..small() }, 12).unwrap();
+    let (mut apart_mm, mut wrist_mm) = (0.0_f32, 0.0_f32);
+    let mut changes = 0;
+    for _ in 0..400 {
+        let (step, other) = (simulator.advance().unwrap(), published.advance().unwrap());
+        let between_mm = |k: usize| 1e3 * step.points_m[k].distance(other.points_m[k]);
+        wrist_mm = wrist_mm.max(between_mm(0));
+        apart_mm = apart_mm.max((1..6).map(between_mm).fold(0.0, f32::max));
+        changes += usize::from(step.luminance != other.luminance);
+        assert!(step.label.articulation.iter().all(|value| value.abs() < 12.0));
+    }
+    // The arm is the same, the fingers are not.
+    assert!(wrist_mm < 1e-3 && apart_mm > 20.0, "{wrist_mm} {apart_mm}");
+    assert!(changes > 390, "{changes}");
 }
 
 #[test]

@@ -26,6 +26,7 @@ use serde::{Deserialize, Serialize};
 
 use super::target::{ARTICULATION_RANGE, Part};
 use super::{Target, Variant, ViewTest};
+use crate::fingers::Fingers;
 
 /// Curves before a recording. Three targets of four lie outside the view; after this many curves
 /// the arm has come back, and its poses are spread like those of an endless motion.
@@ -50,6 +51,9 @@ pub struct MotionConfig {
     pub articulation_low: [f32; 6],
     /// Largest articulation coefficients of targets; published: 2.
     pub articulation_high: [f32; 6],
+    /// Source of the motion of the fingers; published: the articulation coefficients.
+    #[serde(skip_serializing_if = "Fingers::is_components")]
+    pub fingers: Fingers,
     /// Follow the quirks of the released program: the beginning in the T-pose, a new curve every
     /// step while the wrist is outside. Its view test is [`ViewTest::new`]'s `parity`.
     pub parity: bool,
@@ -65,6 +69,7 @@ impl Default for MotionConfig {
             minimum_jerk: false,
             articulation_low: [-ARTICULATION_RANGE; 6],
             articulation_high: [ARTICULATION_RANGE; 6],
+            fingers: Fingers::Components,
             parity: false,
         }
     }

@@ -16,6 +16,7 @@ use evpose_pose::HandParams;
 use evpose_pose::rotation::matrix_from_axis_angle;
 use glam::{Affine3A, Mat3, Vec3};
 
+use crate::fingers::HandRotations;
 use crate::normals::area_weighted_normals;
 use crate::{BodyModel, BodyPose, PosedBody, ShapedBody};
 
@@ -45,7 +46,32 @@ impl BodyModel {
     ) {
         let mut pose = BodyPose::for_playback(self, params);
         pose.joints[self.wrist] = wrist;
-        self.pose_joints(shaped, &pose, out);
+        self.place_hand(shaped, &pose, params, out);
+    }
+
+    /// As [`Self::pose_hand`], with rotations of the hand's joints in place of its articulation.
+    pub fn pose_hand_with(
+        &self,
+        shaped: &ShapedBody,
+        params: &HandParams,
+        rotations: &HandRotations,
+        out: &mut PosedBody,
+    ) {
+        let mut pose = BodyPose::for_playback(self, params);
+        pose.set_hand_rotations(&self.right_hand, rotations);
+        // The wrist's own rotation does not count: it is placed.
+        self.place_hand(shaped, &pose, params, out);
+    }
+
+    /// Moves the body in `pose` so that its wrist frame is the one of `params`.
+    fn place_hand(
+        &self,
+        shaped: &ShapedBody,
+        pose: &BodyPose,
+        params: &HandParams,
+        out: &mut PosedBody,
+    ) {
+        self.pose_joints(shaped, pose, out);
         let predicted = Affine3A::from_mat3_translation(
             matrix_from_axis_angle(params.rotation),
             params.translation_m,
@@ -56,7 +82,7 @@ impl BodyModel {
         }
         // Exactly, not up to the rounding of an inverse.
         out.joints[self.wrist] = predicted;
-        self.skin_surface(shaped, &pose, out);
+        self.skin_surface(shaped, pose, out);
     }
 
     /// Transforms of the joints only: all that following the wrist takes.

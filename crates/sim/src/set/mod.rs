@@ -1,7 +1,7 @@
 //! A directory of sequences that several machines fill, with digests of the complete ones.
 //!
-//! Sequence 7 is `0007.evc`, `0007.meta`, `0007.toml`, and last of all `0007.sha256` with their
-//! digests: while that is not there, the sequence counts as unfinished. When the digests of all
+//! Sequence 7 is `0007.evc`, `0007.meta`, `0007.joints.npy`, `0007.toml`, and last of all `0007.sha256`
+//! with their digests: while that is not there, the sequence counts as unfinished. When the digests of all
 //! sequences are there, the process that notices joins them to `manifest.sha256`, in the order of the
 //! sequences: the same bytes from any process, without reading the data again.
 
@@ -14,6 +14,7 @@ mod verify;
 use std::path::{Path, PathBuf};
 
 use evpose_core::{atomic_write, temporary_target};
+use evpose_io::HAND_JOINTS_ENDING;
 
 use crate::person::PeopleConfig;
 use crate::{EventFormat, SimError, SimulationConfig};
@@ -25,12 +26,10 @@ pub use verify::{Verified, verify};
 
 /// File name of the manifest.
 pub const MANIFEST: &str = "manifest.sha256";
-/// Endings of the files of a sequence, in the order of the manifest: events, labels, the rest.
-pub type Endings = [&'static str; 3];
 /// Endings of the files of hands, with the events in the usual format.
-pub const HANDS: Endings = ["evc", "meta", "toml"];
+pub const HANDS: [&str; 4] = ["evc", "meta", HAND_JOINTS_ENDING, "toml"];
 /// Endings of the files of people, with the events in the usual format.
-pub const PEOPLE: Endings = ["raw", "poses.csv", "toml"];
+pub const PEOPLE: [&str; 3] = ["raw", "poses.csv", "toml"];
 /// Ending of the file of digests of a sequence.
 const DIGESTS: &str = "sha256";
 
@@ -39,13 +38,14 @@ const DIGESTS: &str = "sha256";
 pub struct SequenceSet {
     directory: PathBuf,
     sequences: u64,
-    endings: Endings,
+    /// Endings of the files of a sequence, in the order of the manifest: events, labels, the rest.
+    endings: Vec<&'static str>,
 }
 
 impl SequenceSet {
     /// A run of `sequences` sequences of hands in `directory`. Nothing is read or written yet.
     pub fn new(directory: impl Into<PathBuf>, sequences: usize) -> Self {
-        Self { directory: directory.into(), sequences: sequences as u64, endings: HANDS }
+        Self { directory: directory.into(), sequences: sequences as u64, endings: HANDS.to_vec() }
     }
 
     /// A run of hands in `directory`, with events in the format of `config`.
@@ -56,8 +56,8 @@ impl SequenceSet {
         directory: impl Into<PathBuf>,
         config: &SimulationConfig,
     ) -> Result<Self, SimError> {
-        let [_, labels, rest] = HANDS;
-        let endings = [EventFormat::of_hands(config)?.ending(), labels, rest];
+        let mut endings = HANDS;
+        endings[0] = EventFormat::of_hands(config)?.ending();
         Ok(Self::new(directory, config.sequences).with_endings(endings))
     }
 
@@ -69,15 +69,15 @@ impl SequenceSet {
         directory: impl Into<PathBuf>,
         config: &PeopleConfig,
     ) -> Result<Self, SimError> {
-        let [_, labels, rest] = PEOPLE;
-        let endings = [EventFormat::of_people(config)?.ending(), labels, rest];
+        let mut endings = PEOPLE;
+        endings[0] = EventFormat::of_people(config)?.ending();
         Ok(Self::new(directory, config.sequences).with_endings(endings))
     }
 
-    /// Replaces the endings of the files of a sequence.
+    /// Replaces the endings of the files of a sequence: events, labels, the rest.
     #[must_use]
-    pub fn with_endings(self, endings: Endings) -> Self {
-        Self { endings, ..self }
+    pub fn with_endings(self, endings: impl Into<Vec<&'static str>>) -> Self {
+        Self { endings: endings.into(), ..self }
     }
 
     /// Directory that holds the set.
@@ -159,8 +159,12 @@ impl SequenceSet {
         let read: Option<Vec<FileDigest>> =
             text.lines().map(|line| FileDigest::parse(line).ok()).collect();
         let read = read?;
+        let mut files = self.files(sequence);
+        // Sets from before there were joints are complete without them.
+        if read.len() < files.len() {
+            files.retain(|file| !file.ends_with(HAND_JOINTS_ENDING));
+        }
         let names = read.iter().map(|digest| digest.name.as_str());
-        let files = self.files(sequence);
         let is_complete = names.eq(files.iter().map(String::as_str))
             // A list of digests without its files is that of a set that was partly deleted.
             && files.iter().all(|file| self.directory.join(file).exists());
@@ -168,8 +172,8 @@ impl SequenceSet {
     }
 
     /// The files of a sequence that readers use.
-    fn files(&self, sequence: u64) -> [String; 3] {
-        self.endings.map(|ending| format!("{}.{ending}", name(sequence)))
+    fn files(&self, sequence: u64) -> Vec<String> {
+        self.endings.iter().map(|ending| format!("{}.{ending}", name(sequence))).collect()
     }
 }
 
