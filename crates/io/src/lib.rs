@@ -62,6 +62,7 @@ pub mod frames;
 #[cfg(test)]
 mod golden;
 mod hdf5;
+mod joints;
 pub mod meta;
 mod names;
 pub mod nmnist;
@@ -85,6 +86,7 @@ pub use columns::Columns;
 pub use error::IoError;
 pub use evc::{EvcEvent, EvcReader, EvcWindow, EvcWriter};
 pub use frames::{Encoding, FrameFault, FrameSource};
+pub use joints::JointsReader;
 pub use meta::{MetaReader, MetaWriter};
 pub use open::{
     Create, FORMATS, Format, Info, Labels, Open, OutsideCount, Recording, SensorOrigin, Windows,

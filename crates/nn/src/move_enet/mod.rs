@@ -11,9 +11,9 @@
 //! CVPRW 2023, after *MoveNet* by Google. With 13 joints it has 2,201,106 parameters, of which
 //! 627,520, those of a residual that is never repeated, are kept and never used.
 
-mod backbone;
+pub(crate) mod backbone;
 mod blocks;
-mod heads;
+pub(crate) mod heads;
 mod names;
 
 use burn::module::Module;
@@ -35,7 +35,7 @@ pub(crate) const IMAGE_CHANNELS: usize = 3;
 /// Factor and offset from the values 0 to 255 to -1 to 1.
 const SCALING: [f32; 2] = [1.0 / 127.5, -1.0];
 /// Relative widths that can be built; the narrowest has 8 channels everywhere.
-const WIDTHS: std::ops::RangeInclusive<f32> = 0.01..=8.0;
+pub(crate) const WIDTHS: std::ops::RangeInclusive<f32> = 0.01..=8.0;
 
 /// Shape of a [`MoveEnet`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -97,7 +97,7 @@ impl MoveEnetConfig {
                 return Err(NnError::TooFew { field });
             }
         }
-        let backbone = Pyramid::new(self, device);
+        let backbone = Pyramid::new(self.into(), device);
         let header = Heads::new(self, device);
         Ok(MoveEnet { backbone, header, config: self.clone() })
     }
