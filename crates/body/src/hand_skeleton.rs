@@ -27,8 +27,16 @@ pub struct HandSkeleton {
     parents: [Option<usize>; HAND_JOINTS],
     /// Position of each joint at rest, relative to the wrist, in metres.
     rest_m: [Vec3; HAND_JOINTS],
-    /// Of each tip, its position at rest, and the joints that move it.
-    tips: [(Vec3, Vec<(Option<usize>, f32)>); TIPS],
+    tips: [Tip; TIPS],
+}
+
+/// A fingertip.
+#[derive(Debug, Clone)]
+struct Tip {
+    /// Its position at rest, relative to the wrist, in metres.
+    rest_m: Vec3,
+    /// The joints that move it, none for the wrist, and by how much.
+    moved_by: Vec<(Option<usize>, f32)>,
 }
 
 impl HandSkeleton {
@@ -42,7 +50,8 @@ impl HandSkeleton {
             let further = further.map(|further| (usize::from(further.joint), further.weight));
             let joints = model.skin[vertex as usize].iter().chain(further);
             let rest_m = shaped.vertices_m[vertex as usize] - wrist_m;
-            (rest_m, joints.map(|(joint, weight)| (in_hand(joint), weight)).collect())
+            let moved_by = joints.map(|(joint, weight)| (in_hand(joint), weight)).collect();
+            Tip { rest_m, moved_by }
         };
         Self {
             basis: model.right_hand.clone(),
@@ -66,7 +75,7 @@ impl HandSkeleton {
                 }
             };
         }
-        let tip = |(rest_m, moved_by): &(Vec3, Vec<(Option<usize>, f32)>)| {
+        let tip = |Tip { rest_m, moved_by }: &Tip| {
             let by = |&(joint, weight): &(Option<usize>, f32)| {
                 let moved_m = match joint {
                     None => *rest_m,

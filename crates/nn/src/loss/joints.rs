@@ -117,7 +117,7 @@ impl JointLoss {
         let of_inside =
             |errors: Tensor<2>| (errors * targets.inside.clone()).sum() / inside.clone();
 
-        let position = expected_position(likelihood.clone(), rows, columns);
+        let position = expected_position(&likelihood, rows, columns);
         let errors: Tensor<2> =
             (position - targets.positions.clone()).abs().mean_dim(2).squeeze_dim(2);
         let position = of_inside(errors);
@@ -143,7 +143,7 @@ impl JointLoss {
 ///
 /// # Shapes
 /// - likelihood: `[batch, joints, rows * columns]`, output: `[batch, joints, 2]`
-fn expected_position(likelihood: Tensor<3>, rows: usize, columns: usize) -> Tensor<3> {
+fn expected_position(likelihood: &Tensor<3>, rows: usize, columns: usize) -> Tensor<3> {
     let device = likelihood.device();
     let along = |of: &dyn Fn(usize) -> usize| {
         let values: Vec<f32> = (0..rows * columns).map(|cell| of(cell) as f32).collect();

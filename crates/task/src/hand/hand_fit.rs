@@ -150,10 +150,10 @@ impl HandFit {
             add(coefficient / SIGMA_ARTICULATION, &row);
         }
         for i in 0..PARAMETERS {
-            matrix[i][i] += DAMPING * matrix[i][i];
-            for j in i + 1..PARAMETERS {
-                matrix[i][j] = matrix[j][i];
-            }
+            // Only the lower half was summed up.
+            let (above, below) = matrix.split_at_mut(i);
+            above.iter_mut().zip(&below[0]).for_each(|(row, value)| row[i] = *value);
+            below[0][i] *= 1.0 + DAMPING;
         }
         (matrix, gradient)
     }

@@ -67,7 +67,8 @@ impl JointDecoder {
 
 #[cfg(test)]
 mod tests {
-    use crate::hand::{TwoPass, TwoPassConfig};
+    use crate::Experiment as _;
+    use crate::hand::TwoPass;
 
     use super::*;
 
@@ -75,11 +76,9 @@ mod tests {
     #[test]
     fn a_hand_of_either_side_comes_back_from_its_crops() {
         for side in [HandSide::Right, HandSide::Left] {
-            let mut config =
-                HandConfig { two_pass: Some(TwoPassConfig::default()), ..HandConfig::default() };
-            if side == HandSide::Left {
-                config.simulation.hands = evpose_sim::Hands::Left;
-            }
+            let hands = if side == HandSide::Left { "left" } else { "right" };
+            let overrides = [format!("simulation.hands={hands}"), "two_pass={}".to_owned()];
+            let config = HandConfig::parse("task = \"hand\"", &overrides).unwrap();
             let (decoder, view) =
                 (JointDecoder::new(&config).unwrap(), HandView::new(&config).unwrap());
             let two_pass = TwoPass::new(&config).unwrap().unwrap();

@@ -28,6 +28,15 @@ pub(super) struct Palm {
     points_m: [Vec3; PALM.len()],
 }
 
+/// Two points of a palm: the vector between them is `along` times the depth of the wrist, and `offset_m`.
+struct Pair {
+    weight: f32,
+    along: Vec3,
+    offset_m: Vec3,
+    /// Its length on the palm.
+    length_m: f32,
+}
+
 impl Palm {
     /// The palm among the points of a hand.
     pub(super) fn new(points_m: &[Vec3; JOINTS]) -> Self {
@@ -53,23 +62,24 @@ impl Palm {
 
     /// The depth of the wrist at which points lie as far from each other as those of the palm.
     fn depth_m(&self, scores: &[f32; 6], rays: &[Vec3; 6], behind_m: &[f32; 6]) -> f32 {
-        let mut pairs = Vec::with_capacity(PALM.len() * (PALM.len() - 1) / 2);
+        let mut pairs = Vec::new();
         for i in 0..PALM.len() {
             for j in 0..i {
-                let (along, offset_m) =
-                    (rays[i] - rays[j], rays[i] * behind_m[i] - rays[j] * behind_m[j]);
-                let length_m = self.points_m[i].distance(self.points_m[j]);
-                pairs.push((scores[i] * scores[j], along, offset_m, length_m));
+                pairs.push(Pair {
+                    weight: scores[i] * scores[j],
+                    along: rays[i] - rays[j],
+                    offset_m: rays[i] * behind_m[i] - rays[j] * behind_m[j],
+                    length_m: self.points_m[i].distance(self.points_m[j]),
+                });
             }
         }
-        let sum = |of: &dyn Fn(&(f32, Vec3, Vec3, f32)) -> f32| pairs.iter().map(of).sum::<f32>();
         // Of a hand parallel to the image, in closed form.
-        let lengths = sum(&|(weight, _, _, length_m)| weight * length_m * length_m);
-        let across = sum(&|(weight, along, _, _)| weight * along.length_squared());
+        let lengths: f32 = pairs.iter().map(|pair| pair.weight * pair.length_m.powi(2)).sum();
+        let across: f32 = pairs.iter().map(|pair| pair.weight * pair.along.length_squared()).sum();
         let mut depth_m = (lengths / across.max(1e-9)).sqrt().clamp(NEAR_M, FAR_M);
         for _ in 0..DISTANCE_STEPS {
             let (mut slope, mut curvature) = (0.0, 1e-9);
-            for &(weight, along, offset_m, length_m) in &pairs {
+            for &Pair { weight, along, offset_m, length_m } in &pairs {
                 let between_m = along * depth_m + offset_m;
                 let by_depth = along.dot(between_m) / between_m.length().max(1e-6);
                 slope += weight * (between_m.length() - length_m) * by_depth;

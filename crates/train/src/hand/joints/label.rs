@@ -123,7 +123,7 @@ mod tests {
         let with = |inside: usize| {
             let at = |k: usize| match k {
                 _ if k < inside => Vec3::new(0.0, 0.0, -0.5),
-                _ if k % 2 == 0 => Vec3::new(9.0, 0.0, -0.5),
+                _ if k.is_multiple_of(2) => Vec3::new(9.0, 0.0, -0.5),
                 _ => Vec3::new(0.0, 0.0, 0.5),
             };
             JointLabel::new(&std::array::from_fn(at), &grid())

@@ -58,8 +58,8 @@ fn a_network_of_joints_trains_goes_on_and_is_evaluated() {
     assert_eq!(results[0].tracks[0].frames, [200, 250, 300, 350]);
     assert!(poses.iter().all(|pose| pose.to_array().iter().all(|value| value.is_finite())));
 
-    let mut from = config.clone();
-    from.start_from = Some(run.clone());
+    let mut from = config;
+    from.start_from = Some(run);
     from.training.learning_rate = 1e-12;
     train_hand(&from, &data, &next, &options).unwrap();
     from.network.width = 0.25;
