@@ -32,6 +32,7 @@ files! {
     "condition/slow.toml",
     "hand/ablation.toml",
     "hand/eventhands.toml",
+    "hand/joints.toml",
     "hand/quick.toml",
     "hand/wide.toml",
     "randomisation.toml",

@@ -1,5 +1,6 @@
 //! Poses of hands from the maps of a network of joints, of the whole view or of crops of it.
 
+use evpose_body::{FittedPose, HandFit, SeenJoints};
 use evpose_core::SensorSize;
 use evpose_pose::rotation::axis_angle_from_matrix;
 use evpose_pose::{HandParams, HandSide};
@@ -7,10 +8,9 @@ use evpose_sim::raster::Camera;
 use glam::{Affine3A, Mat3, Vec3};
 
 use super::config::HandConfig;
-use super::hand_fit::{FittedPose, HandFit};
 use super::joint_grid::JointGrid;
 use super::perspective_crop::PerspectiveCrop;
-use super::seen_joints::SeenJoints;
+use super::seen_joints::seen_joints;
 use super::view::HandView;
 use crate::TaskError;
 
@@ -38,7 +38,7 @@ impl JointDecoder {
     /// The pose in the view of one row of outputs, of an image of `size` that shows `crop`.
     pub fn pose(&self, row: &[f32], size: SensorSize, crop: &PerspectiveCrop) -> HandParams {
         let grid = JointGrid::new(&self.camera, size, crop.zoom());
-        self.fitted(&SeenJoints::from_row(row, &grid), grid.focal_cells(), crop.turn())
+        self.fitted(&seen_joints(row, &grid), grid.focal_cells(), crop.turn())
     }
 
     /// The pose in the view of joints that a camera sees that is turned by `turn`.

@@ -1,58 +1,44 @@
 //! Joints as a network of joints sees them: rays, depths and scores from its maps.
 
+use evpose_body::SeenJoints;
 use evpose_pose::EVALUATION_JOINTS;
 use glam::Vec2;
 
 use super::joint_grid::JointGrid;
 
 /// Count of joints.
-pub(super) const JOINTS: usize = EVALUATION_JOINTS.len();
+const JOINTS: usize = EVALUATION_JOINTS.len();
 /// Half of the sides of the square of cells about a joint whose likelihood is its score: two standard
 /// deviations of a heatmap as it is trained.
 const SCORE_CELLS: f32 = 2.0;
 
-/// The joints of one image, in the frame of its camera: x right, y up, looking along -z.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SeenJoints {
-    /// `(x, y) / -z` of each joint.
-    pub rays: [Vec2; JOINTS],
-    /// How far each joint lies behind the wrist, in lengths of the palm.
-    pub depths: [f32; JOINTS],
-    /// The likelihood of each joint near its position, 0 to 1.
-    pub scores: [f32; JOINTS],
-    /// The likelihood of a hand being in the image, 0 to 1.
-    pub presence: f32,
-}
-
-impl SeenJoints {
-    /// Reads one row of [`JointMaps::into_rows`](evpose_nn::JointMaps::into_rows).
-    ///
-    /// # Panics
-    /// If the row is not of the cells of `grid`.
-    pub fn from_row(row: &[f32], grid: &JointGrid) -> Self {
-        let [columns, rows] = grid.cells;
-        let cells = columns * rows;
-        assert_eq!(row.len(), 2 * JOINTS * cells + 1, "a row of another grid");
-        let (maps, presence) = row.split_at(2 * JOINTS * cells);
-        let (heatmaps, depth_maps) = maps.split_at(JOINTS * cells);
-        let mut seen = Self {
-            rays: [Vec2::ZERO; JOINTS],
-            depths: [0.0; JOINTS],
-            scores: [0.0; JOINTS],
-            presence: 1.0 / (1.0 + (-presence[0]).exp()),
-        };
-        let mut likelihood = vec![0.0; cells];
-        for joint in 0..JOINTS {
-            let of_joint = joint * cells..(joint + 1) * cells;
-            softmax(&heatmaps[of_joint.clone()], &mut likelihood);
-            let position = mean_position(&likelihood, columns);
-            seen.rays[joint] = grid.ray(position);
-            let depths = likelihood.iter().zip(&depth_maps[of_joint]);
-            seen.depths[joint] = depths.map(|(likelihood, depth)| likelihood * depth).sum();
-            seen.scores[joint] = near(&likelihood, columns, position);
-        }
-        seen
+/// Reads one row of [`JointMaps::into_rows`](evpose_nn::JointMaps::into_rows).
+///
+/// # Panics
+/// If the row is not of the cells of `grid`.
+pub fn seen_joints(row: &[f32], grid: &JointGrid) -> SeenJoints {
+    let [columns, rows] = grid.cells;
+    let cells = columns * rows;
+    assert_eq!(row.len(), 2 * JOINTS * cells + 1, "a row of another grid");
+    let (maps, presence) = row.split_at(2 * JOINTS * cells);
+    let (heatmaps, depth_maps) = maps.split_at(JOINTS * cells);
+    let mut seen = SeenJoints {
+        rays: [Vec2::ZERO; JOINTS],
+        depths: [0.0; JOINTS],
+        scores: [0.0; JOINTS],
+        presence: 1.0 / (1.0 + (-presence[0]).exp()),
+    };
+    let mut likelihood = vec![0.0; cells];
+    for joint in 0..JOINTS {
+        let of_joint = joint * cells..(joint + 1) * cells;
+        softmax(&heatmaps[of_joint.clone()], &mut likelihood);
+        let position = mean_position(&likelihood, columns);
+        seen.rays[joint] = grid.ray(position);
+        let depths = likelihood.iter().zip(&depth_maps[of_joint]);
+        seen.depths[joint] = depths.map(|(likelihood, depth)| likelihood * depth).sum();
+        seen.scores[joint] = near(&likelihood, columns, position);
     }
+    seen
 }
 
 /// The softmax of logits. Without the largest subtracted, exponentials would overflow.
@@ -112,7 +98,7 @@ mod tests {
             row.extend(std::iter::repeat_n(0.1 * joint as f32, columns * rows));
         }
         row.push(2.0);
-        let seen = SeenJoints::from_row(&row, &grid);
+        let seen = seen_joints(&row, &grid);
         assert!(seen.rays[0].distance(grid.ray(at)) < 1e-4 / grid.focal_cells());
         assert!(seen.scores[0] > 0.85 && seen.scores[0] <= 1.0, "{}", seen.scores[0]);
         let middle = Vec2::new(columns as f32 - 1.0, rows as f32 - 1.0) / 2.0;

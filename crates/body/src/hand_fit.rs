@@ -11,16 +11,18 @@
 //! # Source
 //! Scale from one bone: Iqbal et al.: *Hand Pose Estimation via Latent 2.5D Heatmap Regression*, ECCV 2018.
 
-use evpose_body::HandSkeleton;
 use evpose_core::stats::linear::solve;
+use evpose_pose::EVALUATION_JOINTS;
 use evpose_pose::rotation::matrix_from_axis_angle;
 use glam::{Mat3, Vec2, Vec3};
 
-use super::seen_joints::{JOINTS, SeenJoints};
+use crate::HandSkeleton;
 use palm::Palm;
 
 mod palm;
 
+/// Count of joints.
+const JOINTS: usize = EVALUATION_JOINTS.len();
 /// Parameters of a step: articulation, rotation, position.
 const PARAMETERS: usize = 12;
 /// Coefficients of the articulation.
@@ -44,6 +46,19 @@ const NEAR_M: f32 = 0.03;
 const STEPS: usize = 5;
 /// Damping relative to the diagonal: keeps what hardly counts from running away.
 const DAMPING: f64 = 1e-3;
+
+/// The joints of one image, in the frame of its camera: x right, y up, looking along -z.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SeenJoints {
+    /// `(x, y) / -z` of each joint, in the order of [`EVALUATION_JOINTS`].
+    pub rays: [Vec2; JOINTS],
+    /// How far each joint lies behind the wrist, in lengths of the palm.
+    pub depths: [f32; JOINTS],
+    /// The likelihood of each joint near its position, 0 to 1.
+    pub scores: [f32; JOINTS],
+    /// The likelihood of a hand being in the image, 0 to 1.
+    pub presence: f32,
+}
 
 /// A hand in the frame of the camera that saw it: x right, y up, looking along -z.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,8 +2,7 @@
 
 use glam::{Mat3, Mat4, Quat, Vec3, Vec4};
 
-use super::{FittedPose, NEAR_M};
-use crate::hand::seen_joints::{JOINTS, SeenJoints};
+use super::{FittedPose, JOINTS, NEAR_M, SeenJoints};
 
 /// The points that no finger moves: the wrist and the knuckles of index, middle, pinky, ring and thumb, as
 /// indices of [`EVALUATION_JOINTS`](evpose_pose::EVALUATION_JOINTS).
@@ -147,10 +146,10 @@ fn largest_eigenvector(matrix: Mat4) -> Quat {
 
 #[cfg(test)]
 mod tests {
-    use evpose_body::{BodyModel, HandSkeleton};
     use evpose_core::CounterRng;
 
     use super::*;
+    use crate::{BodyModel, HandSkeleton};
 
     #[test]
     fn a_palm_is_put_where_it_was() {
