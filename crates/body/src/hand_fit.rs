@@ -3,7 +3,7 @@
 //! # Model
 //! Sought are articulation `a`, rotation `R` and position `t` of the wrist that minimise, with the points
 //! `X = R p(a) + t` of the neutral hand,
-//! `Σ score² (|ray(X) - seen|² / σ_ray² + |depth(X) - seen|² / σ_depth²) + |a|² / σ_a²`.
+//! `Σ score² (|ray(X) - r|² / σ_ray² + |depth(X) - d|² / σ_depth²) + |a|² / σ_a²`.
 //! Rays alone leave the distance open; the size of the neutral hand gives it, as lengths of its palm are the
 //! unit of the depths. The start is the rigid palm; a few steps of Gauss-Newton follow, within limits of
 //! the articulation.
@@ -42,14 +42,14 @@ const SIGMA_ARTICULATION: f32 = 1.5;
 const MAX_ARTICULATION: f32 = 2.5;
 /// Depth before which nothing is projected, in metres.
 const NEAR_M: f32 = 0.03;
-/// Steps: from the start by the palm, the fourth changes nothing any more that is seen.
+/// Steps: from the start by the palm, the fourth changes nothing any more that is observed.
 const STEPS: usize = 5;
 /// Damping relative to the diagonal: keeps what hardly counts from running away.
 const DAMPING: f64 = 1e-3;
 
 /// The joints of one image, in the frame of its camera: x right, y up, looking along -z.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SeenJoints {
+pub struct JointObservation {
     /// `(x, y) / -z` of each joint, in the order of [`EVALUATION_JOINTS`].
     pub rays: [Vec2; JOINTS],
     /// How far each joint lies behind the wrist, in lengths of the palm.
@@ -91,10 +91,10 @@ impl HandFit {
     }
 
     /// The hand of joints whose heatmaps have cells of `1 / focal_cells` of a ray.
-    pub fn fit(&self, seen: &SeenJoints, focal_cells: f32) -> FittedPose {
-        let mut pose = self.palm.place(seen);
+    pub fn fit(&self, observed: &JointObservation, focal_cells: f32) -> FittedPose {
+        let mut pose = self.palm.place(observed);
         for _ in 0..STEPS {
-            let (matrix, gradient) = self.normal_equations(seen, focal_cells, &pose);
+            let (matrix, gradient) = self.normal_equations(observed, focal_cells, &pose);
             // Without a solution the pose is the best there is.
             let Some(step) = solve(matrix, gradient) else { break };
             let v = |k: usize| step[k] as f32;
@@ -113,7 +113,7 @@ impl HandFit {
     /// The normal equations of a step from `pose`, damped: matrix and negative gradient.
     fn normal_equations(
         &self,
-        seen: &SeenJoints,
+        observed: &JointObservation,
         focal_cells: f32,
         pose: &FittedPose,
     ) -> (Vec<Vec<f64>>, Vec<f64>) {
@@ -145,19 +145,19 @@ impl HandFit {
             let depth_m = (-at_m.z).max(NEAR_M);
             let ray = at_m.truncate() / depth_m;
             // In standard deviations, so that all residuals have one unit.
-            let weight = seen.scores[joint] * focal_cells / SIGMA_CELLS;
-            let off: Vec2 = weight * (ray - seen.rays[joint]);
+            let weight = observed.scores[joint] * focal_cells / SIGMA_CELLS;
+            let off: Vec2 = weight * (ray - observed.rays[joint]);
             for axis in 0..2 {
                 // d (x / -z) = (dx + x / -z dz) / -z.
                 let by = |m: Vec3| weight * (m[axis] + ray[axis] * m.z) / depth_m;
                 add(off[axis], &moved.map(by));
             }
-            let weight = seen.scores[joint] / SIGMA_DEPTH;
+            let weight = observed.scores[joint] / SIGMA_DEPTH;
             let behind = -from_wrist_m.z / self.palm.length_m;
             let mut row = moved.map(|m| -weight * m.z / self.palm.length_m);
             // Depths are relative to the wrist, wherever it is.
             row[POSITION..].fill(0.0);
-            add(weight * (behind - seen.depths[joint]), &row);
+            add(weight * (behind - observed.depths[joint]), &row);
         }
         for (k, coefficient) in pose.articulation.iter().enumerate() {
             let mut row = [0.0; PARAMETERS];

@@ -50,7 +50,7 @@ pub mod texture_layout;
 
 pub use evpose_pose::rotation;
 pub use folder_error::FolderError;
-pub use hand_fit::{FittedPose, HandFit, SeenJoints};
+pub use hand_fit::{FittedPose, HandFit, JointObservation};
 pub use hand_skeleton::HandSkeleton;
 pub use human::Garments;
 pub use makehuman::{MacroTarget, MakeHuman};

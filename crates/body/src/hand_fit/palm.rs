@@ -2,7 +2,7 @@
 
 use glam::{Mat3, Mat4, Quat, Vec3, Vec4};
 
-use super::{FittedPose, JOINTS, NEAR_M, SeenJoints};
+use super::{FittedPose, JOINTS, JointObservation, NEAR_M};
 
 /// The points that no finger moves: the wrist and the knuckles of index, middle, pinky, ring and thumb, as
 /// indices of [`EVALUATION_JOINTS`](evpose_pose::EVALUATION_JOINTS).
@@ -48,11 +48,11 @@ impl Palm {
     /// # Model
     /// A point on the ray `r` that lies `d` behind the wrist, whose depth is `w`, is `(w + d) (r, -1)`. So the
     /// vector between two of them is linear in `w`, and `w` follows from the lengths that the palm has.
-    pub(super) fn place(&self, seen: &SeenJoints) -> FittedPose {
-        let scores = PALM.map(|joint| seen.scores[joint].max(MIN_SCORE));
-        let rays = PALM.map(|joint| seen.rays[joint].extend(-1.0));
+    pub(super) fn place(&self, observed: &JointObservation) -> FittedPose {
+        let scores = PALM.map(|joint| observed.scores[joint].max(MIN_SCORE));
+        let rays = PALM.map(|joint| observed.rays[joint].extend(-1.0));
         // No part of a palm lies farther from its wrist than one and a half of its lengths.
-        let behind_m = PALM.map(|joint| self.length_m * seen.depths[joint].clamp(-1.5, 1.5));
+        let behind_m = PALM.map(|joint| self.length_m * observed.depths[joint].clamp(-1.5, 1.5));
         let depth_m = self.depth_m(&scores, &rays, &behind_m);
         let at = |k: usize| rays[k] * (depth_m + behind_m[k]).max(NEAR_M);
         let (rotation, position_m) = self.aligned(&scores, &std::array::from_fn(at));
@@ -164,13 +164,13 @@ mod tests {
             let position_m =
                 Vec3::new(rng.uniform(-0.1, 0.1), rng.uniform(-0.1, 0.1), rng.uniform(-0.9, -0.3));
             let at_m = points_m.map(|point_m| rotation * point_m + position_m);
-            let seen = SeenJoints {
+            let observed = JointObservation {
                 rays: at_m.map(|at| at.truncate() / -at.z),
                 depths: at_m.map(|at| (position_m.z - at.z) / palm.length_m),
                 scores: [1.0; JOINTS],
                 presence: 1.0,
             };
-            let placed = palm.place(&seen);
+            let placed = palm.place(&observed);
             let off = placed.position_m.distance(position_m);
             assert!(off < 2e-3, "{sample}: {} for {position_m}", placed.position_m);
             let turn = placed.rotation * rotation.transpose();

@@ -33,9 +33,9 @@ fn points_m(fit: &HandFit, pose: &FittedPose) -> [Vec3; JOINTS] {
     local_m.map(|point_m| pose.rotation * point_m + pose.position_m)
 }
 
-fn seen(fit: &HandFit, pose: &FittedPose) -> SeenJoints {
+fn observed(fit: &HandFit, pose: &FittedPose) -> JointObservation {
     let at_m = points_m(fit, pose);
-    SeenJoints {
+    JointObservation {
         rays: at_m.map(|at| at.truncate() / -at.z),
         depths: at_m.map(|at| (pose.position_m.z - at.z) / fit.palm_m()),
         scores: [1.0; JOINTS],
@@ -53,7 +53,7 @@ fn exact_joints_give_the_hand_they_are_of() {
     let (mut error_m, mut of_shape_m, mut of_coefficients) = (0.0, 0.0, 0.0);
     for sample in 0..count {
         let pose = pose(sample);
-        let fitted = fit.fit(&seen(&fit, &pose), FOCAL_CELLS);
+        let fitted = fit.fit(&observed(&fit, &pose), FOCAL_CELLS);
         let [found, want] = [fitted, pose].map(|pose| points_m(&fit, &pose));
         error_m += mean_error_m(&found, &want);
         let from_wrist = |points_m: [Vec3; JOINTS]| points_m.map(|point_m| point_m - points_m[0]);
@@ -75,17 +75,17 @@ fn errors_of_half_a_cell_stay_millimetres_and_joints_that_score_nothing_do_not_c
     for sample in 0..50 {
         let pose = pose(sample);
         let mut rng = CounterRng::new(2, "errors of joints", sample);
-        let mut seen = seen(&fit, &pose);
+        let mut observed = observed(&fit, &pose);
         for joint in 0..JOINTS {
-            seen.rays[joint] += Vec2::new(rng.normal(), rng.normal()) * 0.5 / FOCAL_CELLS;
-            seen.depths[joint] += 0.1 * rng.normal();
+            observed.rays[joint] += Vec2::new(rng.normal(), rng.normal()) * 0.5 / FOCAL_CELLS;
+            observed.depths[joint] += 0.1 * rng.normal();
         }
         // A finger that lies anywhere.
         for joint in [2, 6, 7, 8] {
-            seen.rays[joint] = Vec2::new(rng.uniform(-0.3, 0.3), rng.uniform(-0.3, 0.3));
-            seen.scores[joint] = 0.02;
+            observed.rays[joint] = Vec2::new(rng.uniform(-0.3, 0.3), rng.uniform(-0.3, 0.3));
+            observed.scores[joint] = 0.02;
         }
-        let fitted = fit.fit(&seen, FOCAL_CELLS);
+        let fitted = fit.fit(&observed, FOCAL_CELLS);
         sum_m += mean_error_m(&points_m(&fit, &fitted), &points_m(&fit, &pose));
     }
     assert!(sum_m / 50.0 < 0.02, "{} m", sum_m / 50.0);
@@ -95,13 +95,13 @@ fn errors_of_half_a_cell_stay_millimetres_and_joints_that_score_nothing_do_not_c
 fn joints_of_no_hand_give_a_finite_pose_before_the_camera() {
     let fit = fit();
     for (scores, depth) in [([0.0; JOINTS], 0.0), ([1.0; JOINTS], 9.0), ([0.01; JOINTS], -9.0)] {
-        let seen = SeenJoints {
+        let observed = JointObservation {
             rays: [Vec2::ZERO; JOINTS],
             depths: [depth; JOINTS],
             scores,
             presence: 0.0,
         };
-        let fitted = fit.fit(&seen, FOCAL_CELLS);
+        let fitted = fit.fit(&observed, FOCAL_CELLS);
         assert!(fitted.position_m.is_finite() && fitted.position_m.z < 0.0, "{fitted:?}");
         assert!(fitted.articulation.iter().all(|value| value.abs() <= MAX_ARTICULATION));
     }

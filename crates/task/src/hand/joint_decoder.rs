@@ -1,6 +1,6 @@
 //! Poses of hands from the maps of a network of joints, of the whole view or of crops of it.
 
-use evpose_body::{FittedPose, HandFit, SeenJoints};
+use evpose_body::{FittedPose, HandFit, JointObservation};
 use evpose_core::SensorSize;
 use evpose_pose::rotation::axis_angle_from_matrix;
 use evpose_pose::{HandParams, HandSide};
@@ -9,8 +9,8 @@ use glam::{Affine3A, Mat3, Vec3};
 
 use super::config::HandConfig;
 use super::joint_grid::JointGrid;
+use super::joint_observation::joint_observation;
 use super::perspective_crop::PerspectiveCrop;
-use super::seen_joints::seen_joints;
 use super::view::HandView;
 use crate::TaskError;
 
@@ -38,22 +38,23 @@ impl JointDecoder {
     /// The pose in the view of one row of outputs, of an image of `size` that shows `crop`.
     pub fn pose(&self, row: &[f32], size: SensorSize, crop: &PerspectiveCrop) -> HandParams {
         let grid = JointGrid::new(&self.camera, size, crop.zoom());
-        self.fitted(&seen_joints(row, &grid), grid.focal_cells(), crop.turn())
+        self.fitted(&joint_observation(row, &grid), grid.focal_cells(), crop.turn())
     }
 
     /// The pose in the view of joints that a camera sees that is turned by `turn`.
-    pub fn fitted(&self, seen: &SeenJoints, focal_cells: f32, turn: Mat3) -> HandParams {
+    pub fn fitted(&self, observed: &JointObservation, focal_cells: f32, turn: Mat3) -> HandParams {
         let is_mirrored = self.view.is_mirrored_model(self.side);
         // A hand of the other side is fitted in a mirror before the camera, whose turn it mirrors too.
         let mirror = Mat3::from_diagonal(Vec3::new(-1.0, 1.0, 1.0));
-        let (seen, turn) = match is_mirrored {
+        let (observed, turn) = match is_mirrored {
             true => {
-                let rays = seen.rays.map(|ray| glam::Vec2::new(-ray.x, ray.y));
-                (SeenJoints { rays, ..*seen }, mirror * turn * mirror)
+                let rays = observed.rays.map(|ray| glam::Vec2::new(-ray.x, ray.y));
+                (JointObservation { rays, ..*observed }, mirror * turn * mirror)
             }
-            false => (*seen, turn),
+            false => (*observed, turn),
         };
-        let FittedPose { articulation, rotation, position_m } = self.fit.fit(&seen, focal_cells);
+        let FittedPose { articulation, rotation, position_m } =
+            self.fit.fit(&observed, focal_cells);
         let world_from_crop = Affine3A::from_mat4(self.camera.camera_from_world()).inverse()
             * Affine3A::from_mat3(turn.transpose());
         let own = HandParams {
@@ -94,13 +95,13 @@ mod tests {
                 let crop = two_pass.draw(&pose, 3, sample);
                 let at_m = camera_m.map(|at_m| crop.turn() * at_m);
                 let palm_m = at_m[9].distance(at_m[0]);
-                let seen = SeenJoints {
+                let observed = JointObservation {
                     rays: at_m.map(|at| at.truncate() / -at.z),
                     depths: at_m.map(|at| (at_m[0].z - at.z) / palm_m),
                     scores: [1.0; 21],
                     presence: 1.0,
                 };
-                let back = decoder.fitted(&seen, 60.0, crop.turn());
+                let back = decoder.fitted(&observed, 60.0, crop.turn());
                 let points_m = view.points(side, &back, &[]).world_m;
                 for (point_m, want_m) in points_m.iter().zip(world_m) {
                     assert!(point_m.distance(want_m) < 0.006, "{side:?}: {point_m} for {want_m}");

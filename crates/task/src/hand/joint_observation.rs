@@ -1,6 +1,6 @@
 //! Joints as a network of joints sees them: rays, depths and scores from its maps.
 
-use evpose_body::SeenJoints;
+use evpose_body::JointObservation;
 use evpose_pose::EVALUATION_JOINTS;
 use glam::Vec2;
 
@@ -16,13 +16,13 @@ const SCORE_CELLS: f32 = 2.0;
 ///
 /// # Panics
 /// If the row is not of the cells of `grid`.
-pub fn seen_joints(row: &[f32], grid: &JointGrid) -> SeenJoints {
+pub fn joint_observation(row: &[f32], grid: &JointGrid) -> JointObservation {
     let [columns, rows] = grid.cells;
     let cells = columns * rows;
     assert_eq!(row.len(), 2 * JOINTS * cells + 1, "a row of another grid");
     let (maps, presence) = row.split_at(2 * JOINTS * cells);
     let (heatmaps, depth_maps) = maps.split_at(JOINTS * cells);
-    let mut seen = SeenJoints {
+    let mut observed = JointObservation {
         rays: [Vec2::ZERO; JOINTS],
         depths: [0.0; JOINTS],
         scores: [0.0; JOINTS],
@@ -33,12 +33,12 @@ pub fn seen_joints(row: &[f32], grid: &JointGrid) -> SeenJoints {
         let of_joint = joint * cells..(joint + 1) * cells;
         softmax(&heatmaps[of_joint.clone()], &mut likelihood);
         let position = mean_position(&likelihood, columns);
-        seen.rays[joint] = grid.ray(position);
+        observed.rays[joint] = grid.ray(position);
         let depths = likelihood.iter().zip(&depth_maps[of_joint]);
-        seen.depths[joint] = depths.map(|(likelihood, depth)| likelihood * depth).sum();
-        seen.scores[joint] = near(&likelihood, columns, position);
+        observed.depths[joint] = depths.map(|(likelihood, depth)| likelihood * depth).sum();
+        observed.scores[joint] = near(&likelihood, columns, position);
     }
-    seen
+    observed
 }
 
 /// The softmax of logits. Without the largest subtracted, exponentials would overflow.
@@ -98,14 +98,14 @@ mod tests {
             row.extend(std::iter::repeat_n(0.1 * joint as f32, columns * rows));
         }
         row.push(2.0);
-        let seen = seen_joints(&row, &grid);
-        assert!(seen.rays[0].distance(grid.ray(at)) < 1e-4 / grid.focal_cells());
-        assert!(seen.scores[0] > 0.85 && seen.scores[0] <= 1.0, "{}", seen.scores[0]);
+        let observed = joint_observation(&row, &grid);
+        assert!(observed.rays[0].distance(grid.ray(at)) < 1e-4 / grid.focal_cells());
+        assert!(observed.scores[0] > 0.85 && observed.scores[0] <= 1.0, "{}", observed.scores[0]);
         let middle = Vec2::new(columns as f32 - 1.0, rows as f32 - 1.0) / 2.0;
-        assert!(seen.rays[5].distance(grid.ray(middle)) < 1e-3 / grid.focal_cells());
+        assert!(observed.rays[5].distance(grid.ray(middle)) < 1e-3 / grid.focal_cells());
         let flat = 16.0 / (columns * rows) as f32;
-        assert!((seen.scores[5] - flat).abs() < 1e-4, "{}", seen.scores[5]);
-        assert!((seen.depths[7] - 0.7).abs() < 1e-4, "{}", seen.depths[7]);
-        assert!((seen.presence - 1.0 / (1.0 + (-2f32).exp())).abs() < 1e-6);
+        assert!((observed.scores[5] - flat).abs() < 1e-4, "{}", observed.scores[5]);
+        assert!((observed.depths[7] - 0.7).abs() < 1e-4, "{}", observed.depths[7]);
+        assert!((observed.presence - 1.0 / (1.0 + (-2f32).exp())).abs() < 1e-6);
     }
 }
