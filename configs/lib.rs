@@ -32,7 +32,7 @@ files! {
     "condition/slow.toml",
     "hand/ablation.toml",
     "hand/eventhands.toml",
-    "hand/fingers.toml",
+    "hand/joints.toml",
     "hand/quick.toml",
     "hand/wide.toml",
     "randomisation.toml",

@@ -4,6 +4,8 @@
 //!   and [`BodyModel::procedural_human`] are procedural, [`files`] reads the published hand and
 //!   body models into the same type, [`MakeHuman`] that of its distributed files.
 //! * [`ShapedBody`], [`BodyPose`], [`PosedBody`]: one person, one pose, and the two together.
+//! * [`HandSkeleton`]: the evaluated points of a hand without its surface; [`HandFit`]: the hand that fits
+//!   such points where a network sees them.
 //! * [`motion`]: the published random motion of arm and hand; [`activity`]: activities of a whole
 //!   body; [`mocap`]: recorded motion of a whole body.
 //! * [`fingers`]: gestures, and fingers that move by themselves.
@@ -31,6 +33,8 @@ pub mod clothes_layout;
 pub mod files;
 pub mod fingers;
 mod folder_error;
+mod hand_fit;
+mod hand_skeleton;
 mod human;
 mod implicit;
 mod makehuman;
@@ -48,6 +52,8 @@ pub mod texture_layout;
 
 pub use evpose_pose::rotation;
 pub use folder_error::FolderError;
+pub use hand_fit::{FittedPose, HandFit, JointObservation};
+pub use hand_skeleton::HandSkeleton;
 pub use human::Garments;
 pub use makehuman::{MacroTarget, MakeHuman};
 pub use model::{BodyModel, FurtherWeight, HandBasis, ShapeSpace, ShapedBody, SkinWeights};

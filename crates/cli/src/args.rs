@@ -10,7 +10,7 @@ use crate::threads::use_threads;
 /// A config and changes to it.
 #[derive(Debug, clap::Args)]
 pub struct ConfigArgs {
-    /// A TOML file, or an embedded config: for hands `quick`, `hand-wide`, `hand-fingers`, `ablation`,
+    /// A TOML file, or an embedded config: for hands `quick`, `hand-wide`, `hand-joints`, `ablation`,
     /// `eventhands`, for bodies `pretrain`, `finetune`, `body-wide`, `studio`, `pretrain-full`, `finetune-full`, of others `dhp19-cnn`, `lift-mono`
     pub config: String,
     /// Change one field, for example --set training.steps=500 (may be repeated)

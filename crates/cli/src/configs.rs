@@ -22,7 +22,7 @@ pub struct EmbeddedConfig {
 pub static CONFIGS: Registry<EmbeddedConfig> = Registry::new(&[
     &EmbeddedConfig { name: "quick", toml: text("hand/quick.toml") },
     &EmbeddedConfig { name: "hand-wide", toml: text("hand/wide.toml") },
-    &EmbeddedConfig { name: "hand-fingers", toml: text("hand/fingers.toml") },
+    &EmbeddedConfig { name: "hand-joints", toml: text("hand/joints.toml") },
     &EmbeddedConfig { name: "ablation", toml: text("hand/ablation.toml") },
     &EmbeddedConfig { name: "eventhands", toml: text("hand/eventhands.toml") },
     &EmbeddedConfig { name: "pretrain", toml: text("body/pretrain.toml") },

@@ -6,7 +6,7 @@ use anyhow::Result;
 use burn::tensor::{Device, Tensor, TensorData};
 use evpose_core::CounterRng;
 use evpose_infer::{Engine, EngineOptions};
-use evpose_nn::HandRegressor;
+use evpose_nn::HandNetwork;
 
 /// Runtime of a network.
 pub enum Runner<'a> {
@@ -19,7 +19,7 @@ pub enum Runner<'a> {
 impl<'a> Runner<'a> {
     /// The engine on the CPU, Burn on other devices. `input` is `[batch, channels, height, width]`.
     pub fn usual(
-        network: &'a HandRegressor,
+        network: &'a HandNetwork,
         [_, channels, height, width]: [usize; 4],
         device: &'a Device,
     ) -> Result<Self> {

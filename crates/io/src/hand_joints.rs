@@ -13,8 +13,7 @@ use evpose_pose::EVALUATION_JOINTS;
 use glam::Vec3;
 
 use crate::IoError;
-use crate::npz::{NpzFault, header_for};
-use crate::tensors::TensorStack;
+use crate::npz::header_for;
 
 /// Ending of the file, without the first dot.
 pub const HAND_JOINTS_ENDING: &str = "joints.npy";
@@ -71,32 +70,11 @@ impl HandJointsWriter {
     }
 }
 
-/// Reads the joints of every frame, in metres.
-///
-/// # Errors
-/// If the file cannot be read, is damaged, or holds an array of another shape.
-pub fn read_hand_joints(path: impl AsRef<Path>) -> Result<Vec<[Vec3; POINTS]>, IoError> {
-    let path = path.as_ref();
-    let TensorStack { shape, values, .. } = TensorStack::read(path)?;
-    if !matches!(shape[..], [_, points, 3] if points == POINTS as u64) {
-        let why = format!("joints of hands have the shape [frames, {POINTS}, 3], not {shape:?}");
-        return Err(IoError::Npz {
-            path: path.to_owned(),
-            array: "joints".to_owned(),
-            byte: 0,
-            fault: NpzFault::Columns(why),
-            values: values.len(),
-        });
-    }
-    let mut points = values.as_chunks::<3>().0.iter().map(|&point_m| Vec3::from_array(point_m));
-    let frames = values.len() / (3 * POINTS);
-    Ok((0..frames).map(|_| std::array::from_fn(|_| points.next().unwrap_or(Vec3::NAN))).collect())
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
+    use crate::JointsReader;
 
     fn points(frame: u64) -> [Vec3; POINTS] {
         std::array::from_fn(|k| Vec3::new(frame as f32, k as f32 * 0.01, -0.5))
@@ -109,26 +87,23 @@ mod tests {
         let mut writer = HandJointsWriter::create(&path, 3).unwrap();
         (0..3).for_each(|frame| writer.frame(&points(frame)).unwrap());
         writer.finish().unwrap();
-        let read = read_hand_joints(&path).unwrap();
-        assert_eq!(read, [0, 1, 2].map(points));
+        let reader = JointsReader::open(&path).unwrap();
+        for frame in 0..3 {
+            assert_eq!(reader.read(frame).unwrap().map(Vec3::from_array), points(frame));
+        }
         let bytes = std::fs::read(&path).unwrap();
         assert_eq!(bytes.len(), 128 + 3 * 21 * 3 * 4);
         // Frame 2, point 5, y.
         let at = 128 + 4 * ((2 * 21 + 5) * 3 + 1);
         assert_eq!(bytes[at..at + 4], (5.0 * 0.01_f32).to_le_bytes());
-        std::fs::write(&path, &bytes[..bytes.len() - 1]).unwrap();
-        assert!(read_hand_joints(&path).is_err());
     }
 
     #[test]
-    fn frames_that_are_missing_and_other_arrays_are_refused() {
+    fn frames_that_are_missing_are_refused() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("0000.joints.npy");
         let writer = HandJointsWriter::create(&path, 3).unwrap();
         let message = writer.finish().unwrap_err().to_string();
         assert!(message.contains("0 of 3 frames"), "{message}");
-        crate::tensors::write_window(&path, [2, 21, 2], &[0.0; 84]).unwrap();
-        let message = read_hand_joints(&path).unwrap_err().to_string();
-        assert!(message.contains("[frames, 21, 3], not [2, 21, 2]"), "{message}");
     }
 }

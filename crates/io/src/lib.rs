@@ -63,6 +63,7 @@ pub mod frames;
 mod golden;
 mod hand_joints;
 mod hdf5;
+mod joints;
 pub mod meta;
 mod names;
 pub mod nmnist;
@@ -88,7 +89,8 @@ pub use columns::Columns;
 pub use error::IoError;
 pub use evc::{EvcEvent, EvcReader, EvcWindow, EvcWriter};
 pub use frames::{Encoding, FrameFault, FrameSource};
-pub use hand_joints::{HAND_JOINTS_ENDING, HandJointsWriter, read_hand_joints};
+pub use hand_joints::{HAND_JOINTS_ENDING, HandJointsWriter};
+pub use joints::JointsReader;
 pub use meta::{MetaReader, MetaWriter};
 pub use open::{
     Create, FORMATS, Format, Info, Labels, Open, OutsideCount, Recording, SensorOrigin, Windows,

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::NnError;
 use crate::backbone::{Backbone, BackboneNet as _, IMAGE_CHANNELS};
 use crate::graph::Graph;
+use crate::hand_network::HandHead;
 use crate::hand_output::RotationOutput;
 use crate::initializer::{Initializer, seeded};
 use crate::net_ops::NetOps;
@@ -31,12 +32,20 @@ pub struct HandRegressorConfig {
     pub width: f32,
     /// How it expresses rotations.
     pub rotation: RotationOutput,
+    /// Parameters, or joints from which they are fitted: see [`HandNetwork`](crate::HandNetwork).
+    #[serde(skip_serializing_if = "HandHead::is_default")]
+    pub head: HandHead,
 }
 
 impl Default for HandRegressorConfig {
     /// The published network.
     fn default() -> Self {
-        Self { backbone: "resnet18".to_owned(), width: 1.0, rotation: RotationOutput::default() }
+        Self {
+            backbone: "resnet18".to_owned(),
+            width: 1.0,
+            rotation: RotationOutput::default(),
+            head: HandHead::default(),
+        }
     }
 }
 

@@ -2,6 +2,8 @@
 //!
 //! * [`HandRegressorConfig`], [`HandRegressor`]: the EventHands network, events to 12 hand
 //!   parameters.
+//! * [`JointNetConfig`], [`JointNet`]: events to heatmaps and depths of the joints of a hand;
+//!   [`HandNetwork`]: either of both.
 //! * [`BACKBONES`], [`backbone_by_name`]: the image networks inside it; [`backbone`]: how to write
 //!   one.
 //! * [`MoveEnetConfig`], [`MoveEnet`]: the MoveEnet network, event images to the maps of a body's
@@ -10,7 +12,7 @@
 //! * [`BaselineNetwork`]: the networks that MoveEnet is compared with, [`Dhp19Cnn`] and
 //!   [`LiftMono`].
 //! * [`Graph`](graph::Graph): the graph of a network, for engines that compile it.
-//! * [`HandLoss`], [`BodyLoss`], [`heatmap_loss`], [`marginal_loss`]: their losses.
+//! * [`HandLoss`], [`BodyLoss`], [`JointLoss`], [`heatmap_loss`], [`marginal_loss`]: their losses.
 //! * [`DeviceKind`]: the devices that networks are computed on, chosen by name at run time;
 //!   [`Availability`]: those of this machine.
 //! * [`set_training_kernels`]: training on the CPU with our kernels or with Burn's.
@@ -47,9 +49,11 @@ mod device;
 mod dhp19_cnn;
 mod error;
 pub mod graph;
+mod hand_network;
 mod hand_output;
 mod hand_regressor;
 mod initializer;
+mod joint_net;
 mod joint_order;
 mod lift_mono;
 mod linear;
@@ -67,12 +71,15 @@ pub use baseline::{BaselineNetwork, BaselineNetworkConfig};
 pub use device::{Adapter, Availability, DeviceKind, adapter_name};
 pub use dhp19_cnn::{Dhp19Cnn, Dhp19CnnConfig};
 pub use error::NnError;
+pub use hand_network::{HandHead, HandNetwork};
 pub use hand_output::RotationOutput;
 pub use hand_regressor::{HandRegressor, HandRegressorConfig};
+pub use joint_net::{JointMaps, JointNet, JointNetConfig};
 pub use lift_mono::{LiftMono, LiftMonoConfig, MarginalMaps};
 pub use loss::{
     BodyLoss, BodyLossConfig, BodyLossParts, BodyTargets, HandLoss, HandLossConfig, HandLossParts,
-    HeatmapTargets, MarginalLossParts, MarginalTargets, heatmap_loss, marginal_loss,
+    HeatmapTargets, JointLoss, JointLossConfig, JointLossParts, JointTargets, MarginalLossParts,
+    MarginalTargets, heatmap_loss, marginal_loss,
 };
 pub use move_enet::{MoveEnet, MoveEnetConfig};
 pub use network::{MOVE_ENET, Network};

@@ -49,7 +49,7 @@ pub struct RecordedRun {
 }
 
 /// Simulates `frames` steps into `STEM.evc`, or the ending of the config's [`EventFormat`],
-/// `STEM.meta`, `STEM.joints.npy` (see [`read_hand_joints`](evpose_io::read_hand_joints)) and `STEM.toml`
+/// `STEM.meta`, `STEM.joints.npy` (see [`JointsReader`](evpose_io::JointsReader)) and `STEM.toml`
 /// (a [`SequenceInfo`]), which appear when they are complete.
 ///
 /// `progress` receives the number of frames simulated since its last call.

@@ -9,11 +9,12 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use evpose_body::PosedBody;
 use evpose_body::fingers::Fingers;
 use evpose_core::{EventStream, Micros, SensorSize};
-use evpose_io::{EvcReader, MetaReader, read_hand_joints};
+use evpose_io::{EvcReader, JointsReader, MetaReader};
 use evpose_pose::HandSide;
 use evpose_sensor::SensorConfig;
 use evpose_sim::config::{Hands, SensorChoice};
 use evpose_sim::{Simulation, SimulationConfig, Simulator, record, record_all};
+use glam::Vec3;
 use support::tree;
 
 /// A small image, so that tests are quick.
@@ -234,14 +235,15 @@ fn joints_lie_in_the_frame_of_the_camera_that_records() {
         let directory = tempfile::tempdir().unwrap();
         let simulation = Simulation::new(&config, 3).unwrap();
         let run = record_all(&simulation, directory.path(), &|_| {}).unwrap();
-        let joints_m = read_hand_joints(directory.path().join("0000.joints.npy")).unwrap();
-        assert_eq!(joints_m.len() as u64, run.sequences[0].frames);
+        let joints = JointsReader::open(directory.path().join("0000.joints.npy")).unwrap();
+        assert_eq!(joints.frames(), run.sequences[0].frames);
         let mut simulator = simulation.sequence(0).unwrap();
         let camera = config.camera();
-        for joints_m in &joints_m {
+        for frame in 0..joints.frames() {
+            let joints_m = joints.read(frame).unwrap().map(Vec3::from_array);
             let step = simulator.advance().unwrap();
-            for (joint_m, point_m) in joints_m.iter().zip(step.points_m) {
-                let at_px = camera.pinhole().image_from_camera(*joint_m).unwrap();
+            for (joint_m, point_m) in joints_m.into_iter().zip(step.points_m) {
+                let at_px = camera.pinhole().image_from_camera(joint_m).unwrap();
                 let seen_px = camera.image_from_world(point_m).unwrap();
                 assert!(at_px.distance(seen_px) < 1e-3, "{at_px} {seen_px}");
             }

@@ -70,8 +70,9 @@ pub use checkpoint::newest_checkpoint;
 pub use error::TrainError;
 pub use hand::{
     CONDITIONS, Condition, ConditionEntry, HAND_VALUES, HandDataset, HandLabelTrack, HandPoseTrack,
-    HandSequence, Method, MethodResults, Sample, SlowMotionResults, SlowMotionUsage, evaluate,
-    evaluate_slow_motion, evaluated_pose_count, foreign, train_hand, untrained,
+    HandSequence, JOINT_VALUES, JointBatch, JointLabel, Method, MethodResults, Sample,
+    SlowMotionResults, SlowMotionUsage, evaluate, evaluate_slow_motion, evaluated_pose_count,
+    foreign, train_hand, untrained,
 };
 pub use history::{HistoryLine, HistorySplit, read_history, validation_losses, validation_means};
 pub use metric::{LOSS, LoggedValue};

@@ -184,8 +184,9 @@ fn output_difference(ours: &[f32], theirs: &[f32]) -> f64 {
     }
     let largest = theirs.iter().fold(0.0_f32, |most, value| most.max(value.abs()));
     let differences = ours.iter().zip(theirs).map(|(ours, theirs)| (ours - theirs).abs());
-    // NaN counts as an infinite difference.
-    let most = differences.fold(0.0_f32, |most, value| if value <= most { most } else { value });
+    // NaN counts as an infinite difference: once found, it stays, since no value compares with it.
+    let larger = |most: f32, value| if most.is_nan() || value <= most { most } else { value };
+    let most = differences.fold(0.0, larger);
     if most.is_nan() { f64::INFINITY } else { f64::from(most) / f64::from(largest) }
 }
 

@@ -1,11 +1,11 @@
 //! Networks to measure.
 
-use anyhow::{Result, ensure};
+use anyhow::{Context as _, Result, ensure};
 use burn::tensor::Device;
 use evpose_infer::{Engine, EngineOptions};
 use evpose_nn::graph::Graph;
 use evpose_nn::parameters::{fill, read, with_matched_variances};
-use evpose_nn::{MOVE_ENET, MoveEnet, Network as Module, NnError, backbone_by_name};
+use evpose_nn::{HandHead, MOVE_ENET, MoveEnet, Network as Module, NnError, backbone_by_name};
 use evpose_task::hand::HandConfig;
 use evpose_train::untrained;
 
@@ -99,7 +99,9 @@ pub(super) fn network(config: &HandConfig, name: &str, device: &Device) -> Resul
         let mut config = config.clone();
         name.clone_into(&mut config.network.backbone);
         let size = config.network_size();
-        let module = Module::Hand(Box::new(untrained(&config, device)?));
+        config.network.head = HandHead::Regressor;
+        let network = untrained(&config, device)?.into_regressor().context("a regressor")?;
+        let module = Module::Hand(Box::new(network));
         (module, [2, usize::from(size.height), usize::from(size.width)])
     };
     // Initial variances of 1 let values vanish: outputs would agree whatever is computed.

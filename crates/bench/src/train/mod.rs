@@ -4,7 +4,7 @@ mod usage;
 
 use std::time::Instant;
 
-use anyhow::Result;
+use anyhow::{Context as _, Result};
 use burn::module::Module as BurnModule;
 use burn::optim::{GradientsParams, ModuleOptimizer};
 use burn::tensor::{Device, Tensor, TensorData};
@@ -151,7 +151,8 @@ fn of_hand(args: &BenchTrainArgs, config: &HandConfig, device: &Device) -> Resul
     let poses = TensorData::new(poses, [args.batch, outputs]);
     let poses = Tensor::<2>::from_data(poses, device);
     let loss = HandLoss::new(config.loss);
-    let network = untrained(config, device)?;
+    let network = untrained(config, device)?.into_regressor();
+    let network = network.context("a step is measured of a regressor: network.head must be it")?;
     Ok(measured(args, config, input, network, |network| {
         loss.forward(network.forward(windows.clone()), poses.clone()).objective
     }))

@@ -15,21 +15,22 @@ const HIDDEN: f32 = 96.0;
 
 /// A depthwise separable convolution, then a 1x1 convolution.
 #[derive(Module, Debug)]
-struct Head {
+pub(crate) struct Head {
     separable: Separable,
     last: Conv2d,
 }
 
 impl Head {
-    fn new(config: &MoveEnetConfig, channels: usize, device: &Device) -> Self {
-        let hidden = multiple_of_eight(HIDDEN * config.width);
+    /// A head of `channels` output channels on a pyramid of this relative width.
+    pub(crate) fn new(width: f32, channels: usize, device: &Device) -> Self {
+        let hidden = multiple_of_eight(HIDDEN * width);
         Self {
-            separable: Separable::new(backbone::channels(config), hidden, device),
+            separable: Separable::new(backbone::channels(width), hidden, device),
             last: pointwise(hidden, channels, true, device),
         }
     }
 
-    fn forward<F: NetOps>(&self, input: F) -> F {
+    pub(crate) fn forward<F: NetOps>(&self, input: F) -> F {
         self.separable.forward_relu_behind(input).conv(&self.last)
     }
 }
@@ -45,7 +46,7 @@ pub(super) struct Heads {
 
 impl Heads {
     pub(super) fn new(config: &MoveEnetConfig, device: &Device) -> Self {
-        let head = |channels| Head::new(config, channels, device);
+        let head = |channels| Head::new(config.width, channels, device);
         let joints = config.joints;
         Self {
             heatmaps: head(joints),

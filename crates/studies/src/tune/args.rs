@@ -24,7 +24,7 @@ use crate::study::StudyArgs;
     translation (mm) and rotation (degrees); bodies loss, accuracy (PCK@0.2 of one pass) and the parts \
     of the loss. Outputs: tune.html, tune.json, trials.csv and best.toml. docs/guide/tune.md says more.")]
 pub struct TuneArgs {
-    /// A TOML file, or an embedded config: for hands `quick`, `hand-wide`, `hand-fingers`, `ablation`,
+    /// A TOML file, or an embedded config: for hands `quick`, `hand-wide`, `hand-joints`, `ablation`,
     /// `eventhands`, for bodies `pretrain`, `finetune`, `body-wide`, `studio`, `pretrain-full`, `finetune-full`
     pub config: String,
     /// A TOML file: fields of the config, and how each is drawn

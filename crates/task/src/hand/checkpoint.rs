@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use burn::tensor::Device;
-use evpose_nn::HandRegressor;
+use evpose_nn::HandNetwork;
 use evpose_nn::weights::{self, InputConfig, ModelCard};
 use evpose_pose::HandParams;
 use evpose_repr::ChannelOrder;
@@ -22,7 +22,7 @@ pub struct HandCheckpoint {
     /// The experiment; the published setting for weights from elsewhere.
     pub config: HandConfig,
     /// Network with its weights.
-    pub network: HandRegressor,
+    pub network: HandNetwork,
     /// Mean of the poses it was trained on; not known for weights from elsewhere.
     pub mean_pose: Option<HandParams>,
 }
@@ -75,9 +75,10 @@ impl HandCheckpoint {
         if extension == "pth" || extension == "ckpt" || extension == "pt" {
             let config = HandConfig::default();
             let network = weights::load_pytorch(path, &config.network, device)?;
+            let network = HandNetwork::Regressor(network);
             return Ok(Self { config, network, mean_pose: None });
         }
-        let (network, card) = weights::load::<HandRegressor>(path, device)?;
+        let (network, card) = weights::load::<HandNetwork>(path, device)?;
         let config = match card.provenance.get(CONFIG) {
             // The networks that ship were trained before configs named their task, and a file cannot be
             // changed without another training: of hands is what has the card of a hand network.

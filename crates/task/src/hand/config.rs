@@ -5,7 +5,9 @@ use std::path::PathBuf;
 use evpose_clean::Denoise;
 use evpose_core::stats::bootstrap::BootstrapConfig;
 use evpose_core::{Micros, SensorSize};
-use evpose_nn::{HandLossConfig, HandRegressorConfig, backbone_by_name};
+use evpose_nn::{
+    HandHead, HandLossConfig, HandRegressorConfig, JointLossConfig, JointNet, backbone_by_name,
+};
 use evpose_pose::filter::{HandFilterConfig, StillnessConfig};
 use evpose_repr::{ChannelOrder, WindowAugmentation};
 use evpose_sim::SimulationConfig;
@@ -46,6 +48,9 @@ pub struct HandConfig {
     pub network: HandRegressorConfig,
     /// Scales of the loss.
     pub loss: HandLossConfig,
+    /// Weights of the loss of a network of joints.
+    #[serde(skip_serializing_if = "JointLossConfig::is_default")]
+    pub joint_loss: JointLossConfig,
     /// Optimiser and duration.
     pub training: TrainingConfig,
     /// Windows with fewer events than this repeat the last pose; none infers them all.
@@ -150,6 +155,7 @@ impl Default for HandConfig {
             two_pass: None,
             network: HandRegressorConfig::default(),
             loss: HandLossConfig::default(),
+            joint_loss: JointLossConfig::default(),
             training: TrainingConfig::default(),
             hold: None,
             detection: HandDetectionConfig::default(),
@@ -240,7 +246,23 @@ impl Experiment for HandConfig {
              larger simulation.image_scale or two_pass.size",
             backbone.name, backbone.smallest_px
         );
+        let is_of_joints = self.network.head == HandHead::Joints;
+        let has_pyramid = self.network.backbone == HandHead::BACKBONE;
+        let multiple = |side: u16| usize::from(side).is_multiple_of(JointNet::SIDE_MULTIPLE);
+        let are_multiples = multiple(image.width) && multiple(image.height);
+        let not_multiples = format!(
+            "joints takes images whose sides are multiples of {}, these are {image}: choose another \
+             two_pass.size, such as 128 x 96",
+            JointNet::SIDE_MULTIPLE
+        );
         require(&[
+            (!is_of_joints || has_pyramid, "network.backbone", "of joints is mobilenet_v2"),
+            (!is_of_joints || are_multiples, "network.head", not_multiples.as_str()),
+            (
+                self.joint_loss.is_valid(),
+                "joint_loss",
+                "weights must be at least 0, a deviation above",
+            ),
             (are_turns_valid, "camera_turns", "roll_deg must be 0 to 180, tilt_deg 0 to 45"),
             (self.detection.is_valid(), "detection.min_active", "is a share: 0 to 1"),
             (is_large, "network.backbone", too_small.as_str()),

@@ -1,13 +1,15 @@
 //! Predictors of hands: from representations of windows to poses.
 
 use burn::tensor::{Device, Tensor, TensorData};
+use evpose_core::SensorSize;
 use evpose_infer::{CalibrationRanges, Engine, EngineOptions, Precision};
 use evpose_nn::graph::Graph;
-use evpose_nn::{HandRegressor, RotationOutput};
+use evpose_nn::{HandNetwork, RotationOutput};
 use evpose_pose::HandParams;
 use rayon::prelude::*;
 
 use super::config::HandConfig;
+use super::joint_decoder::JointDecoder;
 use super::perspective_crop::PerspectiveCrop;
 use super::two_pass::TwoPass;
 use crate::TaskError;
@@ -39,13 +41,28 @@ impl<P: Predictor + ?Sized> Predictor for &mut P {
 /// A network: on the CPU compiled, on other devices by Burn. With [`TwoPass`], it infers twice.
 pub struct NetworkPredictor {
     backend: Backend,
-    rotation: RotationOutput,
+    decoder: PoseDecoder,
     two_pass: Option<TwoPass>,
+}
+
+/// Makes poses of a network's outputs.
+enum PoseDecoder {
+    Regression(RotationOutput),
+    Joints(Box<JointDecoder>),
+}
+
+impl PoseDecoder {
+    fn new(config: &HandConfig, network: &HandNetwork) -> Result<Self, TaskError> {
+        Ok(match network {
+            HandNetwork::Regressor(network) => Self::Regression(network.config().rotation),
+            HandNetwork::Joints(_) => Self::Joints(Box::new(JointDecoder::new(config)?)),
+        })
+    }
 }
 
 enum Backend {
     Compiled(Box<Compiled>),
-    Burn { network: Box<HandRegressor>, device: Device },
+    Burn { network: Box<HandNetwork>, device: Device },
 }
 
 impl NetworkPredictor {
@@ -55,7 +72,7 @@ impl NetworkPredictor {
     /// If the hand model that crops are found with cannot be read.
     pub fn new(
         config: &HandConfig,
-        network: HandRegressor,
+        network: HandNetwork,
         device: Device,
     ) -> Result<Self, TaskError> {
         if device == Device::flex() {
@@ -71,14 +88,14 @@ impl NetworkPredictor {
     /// As [`Self::new`].
     pub fn compiled(
         config: &HandConfig,
-        network: &HandRegressor,
+        network: &HandNetwork,
         precision: Precision,
         ranges: Option<CalibrationRanges>,
     ) -> Result<Self, TaskError> {
         let compiled = Compiled::new(network.graph(), precision, ranges);
-        let rotation = network.config().rotation;
+        let decoder = PoseDecoder::new(config, network)?;
         let two_pass = TwoPass::new(config)?;
-        Ok(Self { backend: Backend::Compiled(Box::new(compiled)), rotation, two_pass })
+        Ok(Self { backend: Backend::Compiled(Box::new(compiled)), decoder, two_pass })
     }
 
     /// Predicts with Burn's own arithmetic on every device.
@@ -87,23 +104,22 @@ impl NetworkPredictor {
     /// As [`Self::new`].
     pub fn with_burn(
         config: &HandConfig,
-        network: HandRegressor,
+        network: HandNetwork,
         device: Device,
     ) -> Result<Self, TaskError> {
-        let rotation = network.config().rotation;
+        let decoder = PoseDecoder::new(config, &network)?;
         let two_pass = TwoPass::new(config)?;
-        Ok(Self {
-            backend: Backend::Burn { network: Box::new(network), device },
-            rotation,
-            two_pass,
-        })
+        let backend = Backend::Burn { network: Box::new(network), device };
+        Ok(Self { backend, decoder, two_pass })
     }
 
-    /// The network's poses of images of one size.
+    /// The network's poses in the view of images of one size, which show `crops` of it.
     fn infer(
         &mut self,
         inputs: &[f32],
         (height, width): (usize, usize),
+        crops: &[PerspectiveCrop],
+        two_pass: Option<&TwoPass>,
     ) -> Result<Vec<HandParams>, TaskError> {
         let values = match &mut self.backend {
             Backend::Compiled(compiled) => compiled.values(inputs, [2, height, width])?,
@@ -118,7 +134,21 @@ impl NetworkPredictor {
         if let Some(value) = values.iter().find(|value| !value.is_finite()) {
             return Err(TaskError::NotFinite { value: *value });
         }
-        Ok(self.rotation.poses(&values))
+        Ok(match &self.decoder {
+            PoseDecoder::Regression(rotation) => {
+                let poses = rotation.poses(&values);
+                let Some(two_pass) = two_pass else { return Ok(poses) };
+                let in_view = |(pose, crop): (&HandParams, &PerspectiveCrop)| {
+                    crop.view_from_crop(two_pass.camera(), pose)
+                };
+                poses.iter().zip(crops).map(in_view).collect()
+            }
+            PoseDecoder::Joints(decoder) => {
+                let size = SensorSize { width: width as u16, height: height as u16 };
+                let rows = values.par_chunks_exact((values.len() / crops.len().max(1)).max(1));
+                rows.zip(crops).map(|(row, crop)| decoder.pose(row, size, crop)).collect()
+            }
+        })
     }
 
     /// The network's own inputs for those of [`Predictor::predict`]: of two passes, those of the first.
@@ -137,11 +167,7 @@ impl NetworkPredictor {
     ) -> Result<Vec<HandParams>, TaskError> {
         let size = two_pass.size();
         let seen = crops(two_pass, inputs, each);
-        let poses = self.infer(&seen, (size.height.into(), size.width.into()))?;
-        let in_view = |(pose, crop): (&HandParams, &PerspectiveCrop)| {
-            crop.view_from_crop(two_pass.camera(), pose)
-        };
-        Ok(poses.iter().zip(each).map(in_view).collect())
+        self.infer(&seen, (size.height.into(), size.width.into()), each, Some(two_pass))
     }
 }
 
@@ -151,9 +177,11 @@ impl Predictor for NetworkPredictor {
         inputs: &[f32],
         image_size: (usize, usize),
     ) -> Result<Vec<HandParams>, TaskError> {
-        // Taken out while the network runs, which borrows the predictor as a whole.
-        let Some(two_pass) = self.two_pass.take() else { return self.infer(inputs, image_size) };
         let whole = vec![PerspectiveCrop::WHOLE; inputs.len() / (2 * image_size.0 * image_size.1)];
+        // Taken out while the network runs, which borrows the predictor as a whole.
+        let Some(two_pass) = self.two_pass.take() else {
+            return self.infer(inputs, image_size, &whole, None);
+        };
         let poses = self.infer_crops(&two_pass, inputs, &whole).and_then(|first| {
             let second: Vec<PerspectiveCrop> =
                 first.iter().map(|pose| two_pass.about(pose)).collect();

@@ -3,7 +3,7 @@
 use evpose_core::{CounterRng, SensorSize};
 use evpose_pose::{HandParams, HandSide};
 use evpose_sim::raster::Camera;
-use glam::Mat3;
+use glam::{Mat3, Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
 use super::camera_turns::CameraTurnConfig;
@@ -11,6 +11,9 @@ use super::config::HandConfig;
 use super::perspective_crop::PerspectiveCrop;
 use super::view::HandView;
 use crate::TaskError;
+
+/// Crops that are tried beside a hand before there is none.
+const BESIDE_TRIES: usize = 8;
 
 /// Two passes of one network over every window: of the whole view, and of a perspective crop about
 /// the hand that was found there, upright and enlarged. The view then has more pixels than the
@@ -26,6 +29,9 @@ pub struct TwoPassConfig {
     pub max_zoom: f32,
     /// Share of the training windows that are whole views.
     pub first_pass_probability: f32,
+    /// Share of the training windows of networks of joints that show what lies beside the hand.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub empty_probability: f32,
     /// Errors of the first pass that the second is trained with.
     pub errors: CropErrors,
 }
@@ -49,9 +55,15 @@ impl Default for TwoPassConfig {
             distance_m: 0.31,
             max_zoom: 4.0,
             first_pass_probability: 0.4,
+            empty_probability: 0.0,
             errors: CropErrors::default(),
         }
     }
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "as serde calls it")]
+fn is_zero(probability: &f32) -> bool {
+    *probability == 0.0
 }
 
 impl Default for CropErrors {
@@ -73,6 +85,7 @@ impl TwoPassConfig {
             && self.distance_m > 0.0
             && self.max_zoom >= 1.0
             && (0.0..=1.0).contains(&self.first_pass_probability)
+            && (0.0..=1.0).contains(&self.empty_probability)
             && (0.0..=1.0).contains(&direction)
             && (0.0..=2.0).contains(&zoom)
             && (0.0..=180.0).contains(&roll_deg)
@@ -122,20 +135,33 @@ impl TwoPass {
 
     /// The crop about the hand of a pose.
     pub fn about(&self, pose: &HandParams) -> PerspectiveCrop {
-        let world_m = self.view.points(self.side, pose, &[]).world_m;
-        let points_m = self.view.camera_points(&world_m);
-        PerspectiveCrop::at(&points_m, self.config.distance_m, self.config.max_zoom)
+        self.about_points(&self.points_m(pose))
+    }
+
+    /// The crop about points in the frame of the camera.
+    fn about_points(&self, points_m: &[Vec3; 21]) -> PerspectiveCrop {
+        PerspectiveCrop::at(points_m, self.config.distance_m, self.config.max_zoom)
+    }
+
+    /// The points of the neutral hand of a pose, in the frame of the camera.
+    fn points_m(&self, pose: &HandParams) -> [Vec3; 21] {
+        self.view.camera_points(&self.view.points(self.side, pose, &[]).world_m)
     }
 
     /// The crop of training sample `sample` about the hand of its pose: a function of `seed` and its
     /// number alone.
     pub fn draw(&self, pose: &HandParams, seed: u64, sample: u64) -> PerspectiveCrop {
+        self.draw_about(&self.points_m(pose), seed, sample)
+    }
+
+    /// As [`Self::draw`], about a hand whose evaluated points lie at `points_m` in the frame of the camera.
+    pub fn draw_about(&self, points_m: &[Vec3; 21], seed: u64, sample: u64) -> PerspectiveCrop {
         let mut rng = CounterRng::new(seed, "perspective crops", sample);
         if rng.uniform(0.0, 1.0) < self.config.first_pass_probability {
             return PerspectiveCrop::new(self.turns.draw(seed, sample), 1.0);
         }
         let CropErrors { direction, zoom, roll_deg } = self.config.errors;
-        let crop = self.about(pose);
+        let crop = self.about_points(points_m);
         let mut error = |largest: f32| largest * rng.uniform(-1.0, 1.0);
         // As likely too near as too far by the same factor; the whole view is a zoom of 1.
         let zoom = (crop.zoom() * error(zoom).exp()).max(1.0);
@@ -150,6 +176,44 @@ impl TwoPass {
         PerspectiveCrop::new(error * crop.turn(), zoom)
     }
 
+    /// The crop of training sample `sample` beside a hand at `points_m`, with none of it in the image: none for
+    /// most samples, by [`TwoPassConfig::empty_probability`]; a function of `seed` and its number alone.
+    pub fn draw_beside(
+        &self,
+        points_m: &[Vec3; 21],
+        seed: u64,
+        sample: u64,
+    ) -> Option<PerspectiveCrop> {
+        let mut rng = CounterRng::new(seed, "crops beside hands", sample);
+        if rng.uniform(0.0, 1.0) >= self.config.empty_probability {
+            return None;
+        }
+        let about = self.about_points(points_m);
+        // A whole view has no place beside the hand.
+        let zoom = (about.zoom() * rng.uniform(-0.35f32, 0.35).exp()).max(2.0);
+        let sensor = self.camera.sensor();
+        let half_px = 0.5 * Vec2::new(sensor.width.into(), sensor.height.into());
+        let half = half_px / (zoom * self.camera.pinhole().focal_px);
+        for _ in 0..BESIDE_TRIES {
+            let turned = |largest: f32, rng: &mut CounterRng| {
+                (3.0 * largest * rng.uniform(-1.0, 1.0)).atan()
+            };
+            let (pan, tilt) = (turned(half.x, &mut rng), turned(half.y, &mut rng));
+            let roll =
+                Mat3::from_rotation_z(rng.uniform(-std::f32::consts::PI, std::f32::consts::PI));
+            let turn =
+                roll * Mat3::from_rotation_x(tilt) * Mat3::from_rotation_y(pan) * about.turn();
+            let is_outside = |point_m: &Vec3| {
+                let at_m = turn * *point_m;
+                at_m.z >= 0.0 || (at_m.truncate() / -at_m.z).abs().cmpgt(half).any()
+            };
+            if points_m.iter().all(is_outside) {
+                return Some(PerspectiveCrop::new(turn, zoom));
+            }
+        }
+        None
+    }
+
     /// Writes the network's image of a crop of the view's values, `[2][rows][columns]` both.
     pub fn fill(&self, crop: &PerspectiveCrop, values: &[f32], out: &mut [f32]) {
         crop.fill(&self.camera, values, self.config.size, out);
@@ -160,7 +224,7 @@ impl TwoPass {
 mod tests {
     use burn::tensor::Device;
     use evpose_core::seed_for;
-    use evpose_nn::{HandRegressor, HandRegressorConfig};
+    use evpose_nn::{HandNetwork, HandRegressorConfig};
     use glam::Vec3;
 
     use crate::hand::{NetworkPredictor, Predictor};
@@ -213,6 +277,31 @@ mod tests {
     }
 
     #[test]
+    fn crops_beside_a_hand_show_none_of_its_points_and_few_windows_have_one() {
+        let mut config = config(0.4);
+        config.two_pass.as_mut().unwrap().empty_probability = 0.25;
+        let two_pass = TwoPass::new(&config).unwrap().unwrap();
+        let pinhole = two_pass.camera().pinhole();
+        let view = two_pass.view_size();
+        let mut count = 0;
+        for k in 0..200 {
+            let points_m = two_pass.points_m(&pose(&config, k));
+            let Some(crop) = two_pass.draw_beside(&points_m, 3, k) else { continue };
+            count += 1;
+            assert_eq!(two_pass.draw_beside(&points_m, 3, k), Some(crop));
+            for point_m in points_m {
+                let at_m = crop.turn() * point_m;
+                let longer = Vec3::new(crop.zoom() * at_m.x, crop.zoom() * at_m.y, at_m.z);
+                let Some(at_px) = pinhole.image_from_camera(longer) else { continue };
+                let size = Vec2::new(view.width.into(), view.height.into());
+                let is_inside = at_px.cmpgt(Vec2::ZERO).all() && at_px.cmplt(size).all();
+                assert!(!is_inside, "sample {k}: {at_px}");
+            }
+        }
+        assert!((30..70).contains(&count), "{count} of 200");
+    }
+
+    #[test]
     fn first_passes_are_turned_whole_views() {
         let config = config(1.0);
         let two_pass = TwoPass::new(&config).unwrap().unwrap();
@@ -226,8 +315,8 @@ mod tests {
     fn a_predictor_infers_the_hand_that_it_found_once_more() {
         let config = config(0.5);
         let device = Device::flex();
-        let network: HandRegressor =
-            config.network.init(seed_for(1, "weights", 0), &device).unwrap();
+        let network =
+            HandNetwork::init(&config.network, seed_for(1, "weights", 0), &device).unwrap();
         let two_pass = TwoPass::new(&config).unwrap().unwrap();
         let (view, size) = (two_pass.view_size(), two_pass.size());
         let values: Vec<f32> =

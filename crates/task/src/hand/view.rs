@@ -1,6 +1,6 @@
 //! Hands in the image: evaluated points and vertices of a pose.
 
-use evpose_body::{PosedBody, ShapedBody};
+use evpose_body::{HandSkeleton, PosedBody, ShapedBody};
 use evpose_core::SensorSize;
 use evpose_pose::metric::HandPoints;
 use evpose_pose::{HandParams, HandSide, PoseEstimate};
@@ -98,6 +98,16 @@ impl HandView {
         } else {
             self.points_of(side, pose, &self.actor.body().shaped(betas))
         }
+    }
+
+    /// The joints of the neutral hand of the model, of whichever side that is.
+    pub(super) fn skeleton(&self) -> HandSkeleton {
+        HandSkeleton::new(self.actor.body(), &self.neutral)
+    }
+
+    /// Whether a hand of `side` is the mirror image of the model's.
+    pub(super) fn is_mirrored_model(&self, side: HandSide) -> bool {
+        self.actor.is_mirrored(side)
     }
 
     /// Parameters of the other hand: the mirror image of a hand in the canonical view.

@@ -11,7 +11,7 @@ use evpose_pose::HandParams;
 use evpose_pose::rotation::{axis_angle_from_matrix, matrix_from_axis_angle};
 use evpose_repr::FrameEvent;
 use evpose_sim::raster::Camera;
-use evpose_task::hand::CameraTurnConfig;
+use evpose_task::hand::{CameraTurnConfig, PerspectiveCrop};
 use glam::{Affine3A, Mat3, Vec2, Vec3};
 
 #[derive(Debug, Clone, Copy)]
@@ -50,6 +50,11 @@ impl<'a> CameraTurn<'a> {
             (event.x, event.y) = (to_px.x as u16, to_px.y as u16);
             is_inside
         });
+    }
+
+    /// The whole view as the camera then sees it.
+    pub(crate) fn crop(&self) -> PerspectiveCrop {
+        PerspectiveCrop::new(self.turn, 1.0)
     }
 
     /// The pose that the hand then has.

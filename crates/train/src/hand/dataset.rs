@@ -14,6 +14,7 @@ use evpose_sim::raster::Camera;
 
 use crate::TrainError;
 use crate::hand::camera_turn::CameraTurn;
+use crate::hand::joints::{JointLabel, JointLabeller};
 use crate::hand::sequence_events::keep_confirmed;
 use crate::order::SampleOrder;
 use evpose_camera::Calibration;
@@ -41,6 +42,8 @@ pub struct Sample {
     pub input: Vec<f32>,
     /// The 12 parameters.
     pub pose: [f32; PARAMETERS],
+    /// The joints in the image, for networks of joints.
+    pub joints: Option<Box<JointLabel>>,
 }
 
 /// Sequences of a directory, or a part of each of them.
@@ -62,6 +65,7 @@ pub struct HandDataset {
     camera: Camera,
     camera_turns: CameraTurnConfig,
     two_pass: Option<Arc<TwoPass>>,
+    labeller: Option<Arc<JointLabeller>>,
     denoise: Option<Denoise>,
     note: Option<String>,
 }
@@ -147,6 +151,7 @@ impl HandDataset {
             camera: config.simulation.camera(),
             camera_turns: config.camera_turns,
             two_pass: TwoPass::new(config)?.map(Arc::new),
+            labeller: JointLabeller::new(config)?.map(Arc::new),
             denoise: config.representation.denoise,
             note: None,
         })
@@ -210,26 +215,57 @@ impl HandDataset {
             .filter(|_| self.two_pass.is_none() && sequence.hand() == HandSide::Right);
         let mut input = self.turned_window(sequence, frame, draw.frames, turn.as_ref())?;
         draw.swap_channels(&mut input, CHANNELS);
-        let sample = self.labelled(sequence, frame, input)?;
+        let pose = sequence.labels.read_hand(frame)?;
         if self.two_pass.is_some() {
-            return Ok(self.cropped(sequence, sample, self.seed, position));
+            return self.cropped((sequence, frame), input, &pose, (self.seed, position));
         }
-        let Some(turn) = turn else { return Ok(sample) };
-        let pose = turn.pose(&HandParams::from_array(sample.pose)).to_array();
-        Ok(Sample { pose, ..sample })
+        let crop = turn.as_ref().map_or(PerspectiveCrop::WHOLE, CameraTurn::crop);
+        let joints = self.joints(sequence, frame, &pose, &crop)?;
+        let pose = turn.map_or(pose, |turn| turn.pose(&pose)).to_array();
+        Ok(Sample { input, pose, joints })
     }
 
-    /// A crop of a sample, or the whole of it for the first pass: a function of `seed` and `number`.
-    fn cropped(&self, sequence: &HandSequence, sample: Sample, seed: u64, number: u64) -> Sample {
-        let Some(two_pass) = &self.two_pass else { return sample };
-        let pose = HandParams::from_array(sample.pose);
-        let crop = match sequence.hand() {
-            HandSide::Right => two_pass.draw(&pose, seed, number),
-            HandSide::Left => PerspectiveCrop::WHOLE,
+    /// The joints of a frame in a crop, for networks of joints.
+    fn joints(
+        &self,
+        sequence: &HandSequence,
+        frame: u64,
+        pose: &HandParams,
+        crop: &PerspectiveCrop,
+    ) -> Result<Option<Box<JointLabel>>, SampleError> {
+        let Some(labeller) = &self.labeller else { return Ok(None) };
+        let points_m = labeller.points_m(sequence, frame, pose)?;
+        Ok(Some(Box::new(labeller.label(&points_m, crop))))
+    }
+
+    /// A crop of a frame, or the whole of it for the first pass: a function of `seed` and `number`.
+    fn cropped(
+        &self,
+        (sequence, frame): (&HandSequence, u64),
+        input: Vec<f32>,
+        pose: &HandParams,
+        (seed, number): (u64, u64),
+    ) -> Result<Sample, SampleError> {
+        let Some(two_pass) = &self.two_pass else {
+            let joints = self.joints(sequence, frame, pose, &PerspectiveCrop::WHOLE)?;
+            return Ok(Sample { input, pose: pose.to_array(), joints });
         };
-        let mut input = vec![0.0; CHANNELS * two_pass.size().pixels()];
-        two_pass.fill(&crop, &sample.input, &mut input);
-        Sample { input, pose: crop.crop_from_view(two_pass.camera(), &pose).to_array() }
+        let labeller = self.labeller.as_deref();
+        let points_m = labeller.map(|labeller| labeller.points_m(sequence, frame, pose));
+        let points_m = points_m.transpose()?;
+        let crop = match (sequence.hand(), &points_m) {
+            (HandSide::Left, _) => PerspectiveCrop::WHOLE,
+            (HandSide::Right, None) => two_pass.draw(pose, seed, number),
+            (HandSide::Right, Some(points_m)) => two_pass
+                .draw_beside(points_m, seed, number)
+                .unwrap_or_else(|| two_pass.draw_about(points_m, seed, number)),
+        };
+        let mut seen = vec![0.0; CHANNELS * two_pass.size().pixels()];
+        two_pass.fill(&crop, &input, &mut seen);
+        let pose = crop.crop_from_view(two_pass.camera(), pose).to_array();
+        let joints = labeller.zip(points_m);
+        let joints = joints.map(|(labeller, points_m)| Box::new(labeller.label(&points_m, &crop)));
+        Ok(Sample { input: seen, pose, joints })
     }
 
     /// The input of sample `index`, not augmented.
@@ -244,17 +280,8 @@ impl HandDataset {
     pub(crate) fn plain_sample(&self, index: u64) -> Result<Sample, SampleError> {
         let (sequence, frame) = self.locate(index);
         let input = self.window(sequence, frame, self.window_frames)?;
-        let sample = self.labelled(sequence, frame, input)?;
-        Ok(self.cropped(sequence, sample, !self.seed, index))
-    }
-
-    fn labelled(
-        &self,
-        sequence: &HandSequence,
-        frame: u64,
-        input: Vec<f32>,
-    ) -> Result<Sample, SampleError> {
-        Ok(Sample { input, pose: sequence.labels.read_hand(frame)?.to_array() })
+        let pose = sequence.labels.read_hand(frame)?;
+        self.cropped((sequence, frame), input, &pose, (!self.seed, index))
     }
 
     /// The representation of the `length` frames that end with `frame`. Frames before the start of

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use burn::optim::lr_scheduler::module_lr_scheduler::ModuleLrScheduler;
 use burn::tensor::Device;
 use evpose_core::seed_for;
-use evpose_nn::{HandLoss, HandRegressor};
+use evpose_nn::{HandHead, HandLoss, HandNetwork, HandRegressor};
 use evpose_pose::HandParams;
 use evpose_pose::metric::MeanPose;
 use evpose_task::hand::{HandCheckpoint, HandConfig, HandView};
@@ -16,6 +16,7 @@ use crate::devices::DeviceGroup;
 use crate::hand::batches::HandBatches;
 use crate::hand::dataset::{HandDataset, HandSplit};
 use crate::hand::filter_noise::estimate_filters;
+use crate::hand::joints::{JointBatches, JointTask};
 use crate::hand::loss::HAND_VALUES;
 use crate::metric::LoggedValue;
 use crate::training::{
@@ -29,21 +30,26 @@ const MEAN_POSE_SAMPLES: u64 = 200_000;
 ///
 /// # Errors
 /// If the config names no known network.
-pub fn untrained(config: &HandConfig, device: &Device) -> Result<HandRegressor, TrainError> {
-    let seed = seed_for(config.seed, "weights", 0);
-    Ok(config.network.init(seed, device)?)
+pub fn untrained(config: &HandConfig, device: &Device) -> Result<HandNetwork, TrainError> {
+    Ok(HandNetwork::init(&config.network, seed_for(config.seed, "weights", 0), device)?)
 }
 
-/// The network that a training of `config` begins with: with initial weights, or the one that it
+/// The regressor that a training of `config` begins with: with initial weights, or the one that it
 /// starts from.
 ///
 /// # Errors
 /// If that cannot be read, or is of another shape.
 fn first_network(config: &HandConfig, device: &Device) -> Result<HandRegressor, TrainError> {
-    let Some(path) = &config.start_from else { return untrained(config, device) };
-    let start = HandCheckpoint::load(path, device)?;
-    check_shape(path, start.network.config(), &config.network)?;
-    Ok(start.network)
+    let network = match &config.start_from {
+        None => untrained(config, device)?,
+        Some(path) => {
+            let network = HandCheckpoint::load(path, device)?.network;
+            check_shape(path, &network.config(), &config.network)?;
+            network
+        }
+    };
+    let regressor = network.into_regressor();
+    Ok(regressor.unwrap_or_else(|| unreachable!("networks of joints have a task of their own")))
 }
 
 /// Trains the hand network of `config` on the sequences in `data`. Writes to the directory `run`:
@@ -69,12 +75,18 @@ pub fn train_hand(
     let (mean_pose, device) = (mean_pose(&train)?, devices.main());
     let task = HandTask { config, mean_pose, unseen: &filter, device };
     let [train, valid] = [train, valid].map(Arc::new);
-    let data = TrainingData {
-        validation_samples: training.validation_samples.min(valid.len()),
-        train: HandBatches(train),
-        valid: HandBatches(valid),
-    };
-    run.train(&task, &devices, data)
+    let validation_samples = training.validation_samples.min(valid.len());
+    match config.network.head {
+        HandHead::Regressor => {
+            let [train, valid] = [train, valid].map(HandBatches);
+            run.train(&task, &devices, TrainingData { train, valid, validation_samples })
+        }
+        HandHead::Joints => {
+            let [train, valid] = [train, valid].map(JointBatches);
+            let data = TrainingData { train, valid, validation_samples };
+            run.train(&JointTask(task), &devices, data)
+        }
+    }
 }
 
 /// Puts filters into a checkpoint whose noise is that of its network on sequences it has not seen.
@@ -101,12 +113,21 @@ fn mean_pose(train: &HandDataset) -> Result<HandParams, TrainError> {
     mean.mean().ok_or_else(|| TrainError::Stopped("the training poses have no mean".to_owned()))
 }
 
-struct HandTask<'a> {
-    config: &'a HandConfig,
+/// The task of hands with a regressor.
+pub(super) struct HandTask<'a> {
+    pub(super) config: &'a HandConfig,
     mean_pose: HandParams,
     /// Sequences that filters are estimated on.
     unseen: &'a HandDataset,
     device: &'a Device,
+}
+
+impl HandTask<'_> {
+    /// The checkpoint of a network of either kind.
+    pub(super) fn checkpoint_of(&self, network: HandNetwork) -> HandCheckpoint {
+        let (config, mean_pose) = (self.config.clone(), Some(self.mean_pose));
+        HandCheckpoint { config, network, mean_pose }
+    }
 }
 
 impl TrainingTask for HandTask<'_> {
@@ -117,7 +138,7 @@ impl TrainingTask for HandTask<'_> {
     const VALUES: &'static [LoggedValue] = &HAND_VALUES;
 
     fn untrained(&self, device: &Device) -> Result<HandRegressor, TrainError> {
-        untrained(self.config, device)
+        Ok(self.config.network.init(seed_for(self.config.seed, "weights", 0), device)?)
     }
 
     fn initial_network(&self, device: &Device) -> Result<HandRegressor, TrainError> {
@@ -134,8 +155,7 @@ impl TrainingTask for HandTask<'_> {
     }
 
     fn checkpoint(&self, network: HandRegressor) -> HandCheckpoint {
-        let (config, mean_pose) = (self.config.clone(), Some(self.mean_pose));
-        HandCheckpoint { config, network, mean_pose }
+        self.checkpoint_of(HandNetwork::Regressor(network))
     }
 
     fn finish(&self, best: &mut HandCheckpoint) -> Result<(), TrainError> {

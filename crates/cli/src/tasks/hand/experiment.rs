@@ -6,6 +6,7 @@ use crate::progress::bar;
 use crate::recorded::{claim, record_shard_of};
 use anyhow::Result;
 use evpose_core::stats::bootstrap::{BootstrapConfig, Totals};
+use evpose_nn::HandHead;
 use evpose_pose::metric::SequenceScores;
 use evpose_sensor::SensorConfig;
 use evpose_sim::config::SensorChoice;
@@ -14,8 +15,8 @@ use evpose_task::Experiment;
 use evpose_task::hand::HandConfig;
 use evpose_train::training::TrainingSpan;
 use evpose_train::{
-    HAND_VALUES, HandDataset, LoggedValue, Method, TrainOptions, evaluate, evaluated_pose_count,
-    train_hand,
+    HAND_VALUES, HandDataset, JOINT_VALUES, LoggedValue, Method, TrainOptions, evaluate,
+    evaluated_pose_count, train_hand,
 };
 
 use super::HandNetwork;
@@ -81,7 +82,10 @@ impl PoseExperiment for HandConfig {
     }
 
     fn logged_values(&self) -> &'static [LoggedValue] {
-        &HAND_VALUES
+        match self.network.head {
+            HandHead::Regressor => &HAND_VALUES,
+            HandHead::Joints => &JOINT_VALUES,
+        }
     }
 
     fn trains_on_recordings(&self) -> bool {

@@ -8,9 +8,9 @@ use evpose_clean::Denoise;
 use evpose_core::Micros;
 use evpose_infer::onnx::Interface;
 use evpose_io::{OpenOptions, Windows};
-use evpose_nn::RotationOutput;
+use evpose_nn::{HandHead, JointNet, RotationOutput};
 use evpose_pose::stream::InferenceSchedule;
-use evpose_pose::{HandParams, PARAMETER_NAMES};
+use evpose_pose::{EVALUATION_JOINTS, HandParams, PARAMETER_NAMES};
 use evpose_repr::{ChannelOrder, representation_by_name};
 use evpose_task::TaskError;
 use evpose_task::hand::{NetworkPredictor, Predictor, calibration_for, hand_recording};
@@ -73,8 +73,14 @@ pub(super) fn interface(model: &HandNetwork) -> Interface {
         ChannelOrder::OffFirst => "OFF, ON",
         ChannelOrder::OnFirst => "ON, OFF",
     };
-    let (rotation, names) = (model.checkpoint.network.config().rotation, PARAMETER_NAMES.join(","));
+    let network = model.checkpoint.network.config();
+    let (rotation, names) = (network.rotation, PARAMETER_NAMES.join(","));
+    let is_of_joints = network.head == HandHead::Joints;
     let decoding = match rotation {
+        _ if is_of_joints => {
+            "the softmax of a heatmap over its cells gives a joint's column and row, and the mean of its depth \
+             map, in palms behind the wrist; the parameters are those of the hand that fits"
+        }
         RotationOutput::AxisAngle => {
             "the outputs are the parameters: no unit, metres, and an axis times an angle in radians"
         }
@@ -99,6 +105,15 @@ pub(super) fn interface(model: &HandNetwork) -> Interface {
             )
         },
     );
+    let (joints, stride) = (EVALUATION_JOINTS.len(), JointNet::STRIDE);
+    let outputs = match is_of_joints {
+        false => format!("parameters: float32 [batch, {}]", rotation.outputs()),
+        true => format!(
+            "heatmaps and depths: float32 [batch, {joints}, {}, {}]; presence, a logit: float32 [batch, 1]",
+            rows / stride,
+            columns / stride
+        ),
+    };
     let entries = [
         ("representation", described(&input.name)),
         ("window_ms", input.window_ms.to_string()),
@@ -114,15 +129,17 @@ pub(super) fn interface(model: &HandNetwork) -> Interface {
         ("denoise", denoise(input.denoise)),
         ("input", format!("float32 [batch, {channels}, {rows}, {columns}], channels {order}")),
         ("normalisation", "none: the values of the representation, 0 to 1".to_owned()),
-        ("outputs", format!("parameters: float32 [batch, {}]", rotation.outputs())),
+        ("outputs", outputs),
         ("parameters", names),
         ("decoding", decoding.to_owned()),
         ("passes", passes),
         ("hold", hold),
     ];
+    let names_of_outputs: &[&str] =
+        if is_of_joints { &["heatmaps", "depths", "presence"] } else { &["parameters"] };
     Interface {
         input: "events".to_owned(),
-        outputs: vec!["parameters".to_owned()],
+        outputs: names_of_outputs.iter().map(|name| (*name).to_owned()).collect(),
         metadata: entries.map(|(key, value)| (key.to_owned(), value)).to_vec(),
     }
 }

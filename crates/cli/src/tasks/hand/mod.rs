@@ -124,7 +124,7 @@ impl StudiedTask for Hand {
     }
 
     fn published(&self, device: &Device) -> Result<Box<dyn PoseModel>> {
-        let network = HandRegressorConfig::default().init(1, device)?;
+        let network = evpose_nn::HandNetwork::init(&HandRegressorConfig::default(), 1, device)?;
         let checkpoint = HandCheckpoint { config: HandConfig::default(), network, mean_pose: None };
         Ok(Box::new(HandNetwork { checkpoint, path: None, device: device.clone() }))
     }

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use evpose_camera::{Calibration, CanonicalView, ViewAdaptor};
 use evpose_core::{EventStream, SensorSize};
-use evpose_io::{MetaReader, OpenOptions, Windows};
+use evpose_io::{JointsReader, MetaReader, OpenOptions, Windows};
+use evpose_nn::HandHead;
 use evpose_pose::stream::InferenceSchedule;
 use evpose_pose::{HandParams, HandSide};
 use evpose_sim::SequenceInfo;
@@ -74,6 +75,8 @@ pub struct HandSequence {
     calibration: Calibration,
     pub(super) events: SequenceEvents,
     pub(super) labels: MetaReader,
+    /// The points of the hand, where they were recorded and the network is one of joints.
+    pub(crate) joints: Option<JointsReader>,
     pub(super) info: SequenceInfo,
     pub(super) frames: u64,
 }
@@ -99,8 +102,12 @@ impl HandSequence {
         let known = info.as_ref().map(|info| info.sensor).or(usual);
         let events = RecordedEvents::open(&files.events, known)?;
         let sensor = events.sensor();
-        // The shorter of both: one of them may be cut.
-        let frames = events.frames().unwrap_or(u64::MAX).min(labels.records());
+        let joints = JointsReader::path_of(&files.stem);
+        let is_of_joints = config.network.head == HandHead::Joints && joints.exists();
+        let joints = is_of_joints.then(|| JointsReader::open(&joints)).transpose()?;
+        // The shortest of all: one of them may be cut.
+        let labelled = joints.as_ref().map_or(u64::MAX, JointsReader::frames).min(labels.records());
+        let frames = events.frames().unwrap_or(u64::MAX).min(labelled);
         let mut info = info.unwrap_or_else(|| match is_evc {
             true => SequenceInfo::foreign(sensor, frames),
             false => SequenceInfo { sensor, hand: HandSide::Right, episodes: Vec::new() },
@@ -114,7 +121,7 @@ impl HandSequence {
         let calibration = own.map_or_else(|| calibration_for(config, sensor, None), Ok)?;
         let events = events.into_sequence(frames, adaptor)?;
         let (name, path) = (name_of(&files.stem), files.events.clone());
-        Ok(Self { name, path, calibration, events, labels, info, frames })
+        Ok(Self { name, path, calibration, events, labels, joints, info, frames })
     }
 
     /// The recording through the stream of a network, as `evpose infer` reads it.

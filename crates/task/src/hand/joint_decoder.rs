@@ -1,0 +1,112 @@
+//! Poses of hands from the maps of a network of joints, of the whole view or of crops of it.
+
+use evpose_body::{FittedPose, HandFit, JointObservation};
+use evpose_core::SensorSize;
+use evpose_pose::rotation::axis_angle_from_matrix;
+use evpose_pose::{HandParams, HandSide};
+use evpose_sim::raster::Camera;
+use glam::{Affine3A, Mat3, Vec3};
+
+use super::config::HandConfig;
+use super::joint_grid::JointGrid;
+use super::joint_observation::joint_observation;
+use super::perspective_crop::PerspectiveCrop;
+use super::view::HandView;
+use crate::TaskError;
+
+/// Makes poses of the outputs of a [`JointNet`](evpose_nn::JointNet).
+#[derive(Debug)]
+pub struct JointDecoder {
+    view: HandView,
+    camera: Camera,
+    side: HandSide,
+    fit: HandFit,
+}
+
+impl JointDecoder {
+    /// That of the hands of a config.
+    ///
+    /// # Errors
+    /// If the hand model cannot be read.
+    pub fn new(config: &HandConfig) -> Result<Self, TaskError> {
+        let view = HandView::new(config)?;
+        let fit = HandFit::new(view.skeleton());
+        let side = config.simulation.hands.side(0);
+        Ok(Self { view, camera: config.simulation.camera(), side, fit })
+    }
+
+    /// The pose in the view of one row of outputs, of an image of `size` that shows `crop`.
+    pub fn pose(&self, row: &[f32], size: SensorSize, crop: &PerspectiveCrop) -> HandParams {
+        let grid = JointGrid::new(&self.camera, size, crop.zoom());
+        self.fitted(&joint_observation(row, &grid), grid.focal_cells(), crop.turn())
+    }
+
+    /// The pose in the view of joints that a camera sees that is turned by `turn`.
+    pub fn fitted(&self, observed: &JointObservation, focal_cells: f32, turn: Mat3) -> HandParams {
+        let is_mirrored = self.view.is_mirrored_model(self.side);
+        // A hand of the other side is fitted in a mirror before the camera, whose turn it mirrors too.
+        let mirror = Mat3::from_diagonal(Vec3::new(-1.0, 1.0, 1.0));
+        let (observed, turn) = match is_mirrored {
+            true => {
+                let rays = observed.rays.map(|ray| glam::Vec2::new(-ray.x, ray.y));
+                (JointObservation { rays, ..*observed }, mirror * turn * mirror)
+            }
+            false => (*observed, turn),
+        };
+        let FittedPose { articulation, rotation, position_m } =
+            self.fit.fit(&observed, focal_cells);
+        let world_from_crop = Affine3A::from_mat4(self.camera.camera_from_world()).inverse()
+            * Affine3A::from_mat3(turn.transpose());
+        let own = HandParams {
+            articulation,
+            translation_m: world_from_crop.transform_point3(position_m),
+            rotation: axis_angle_from_matrix(Mat3::from(world_from_crop.matrix3) * rotation),
+        };
+        if is_mirrored { self.view.mirrored(&own) } else { own }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::Experiment as _;
+    use crate::hand::TwoPass;
+
+    use super::*;
+
+    /// Joints of a hand, seen by crops as they are drawn in training, give its points back.
+    #[test]
+    fn a_hand_of_either_side_comes_back_from_its_crops() {
+        for side in [HandSide::Right, HandSide::Left] {
+            let hands = if side == HandSide::Left { "left" } else { "right" };
+            let overrides = [format!("simulation.hands={hands}"), "two_pass={}".to_owned()];
+            let config = HandConfig::parse("task = \"hand\"", &overrides).unwrap();
+            let (decoder, view) =
+                (JointDecoder::new(&config).unwrap(), HandView::new(&config).unwrap());
+            let two_pass = TwoPass::new(&config).unwrap().unwrap();
+            let right = HandParams {
+                articulation: [0.5, -0.3, 0.2, 0.1, 0.4, -0.2],
+                translation_m: config.simulation.camera.centre_m + Vec3::new(0.03, 0.02, -0.1),
+                rotation: Vec3::new(0.3, 0.8, -0.4),
+            };
+            let pose = if side == HandSide::Left { view.mirrored(&right) } else { right };
+            let world_m = view.points(side, &pose, &[]).world_m;
+            let camera_m = view.camera_points(&world_m);
+            for sample in 0..10 {
+                let crop = two_pass.draw(&pose, 3, sample);
+                let at_m = camera_m.map(|at_m| crop.turn() * at_m);
+                let palm_m = at_m[9].distance(at_m[0]);
+                let observed = JointObservation {
+                    rays: at_m.map(|at| at.truncate() / -at.z),
+                    depths: at_m.map(|at| (at_m[0].z - at.z) / palm_m),
+                    scores: [1.0; 21],
+                    presence: 1.0,
+                };
+                let back = decoder.fitted(&observed, 60.0, crop.turn());
+                let points_m = view.points(side, &back, &[]).world_m;
+                for (point_m, want_m) in points_m.iter().zip(world_m) {
+                    assert!(point_m.distance(want_m) < 0.006, "{side:?}: {point_m} for {want_m}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,111 @@
+//! Joints as a network of joints sees them: rays, depths and scores from its maps.
+
+use evpose_body::JointObservation;
+use evpose_pose::EVALUATION_JOINTS;
+use glam::Vec2;
+
+use super::joint_grid::JointGrid;
+
+/// Count of joints.
+const JOINTS: usize = EVALUATION_JOINTS.len();
+/// Half of the sides of the square of cells about a joint whose likelihood is its score: two standard
+/// deviations of a heatmap as it is trained.
+const SCORE_CELLS: f32 = 2.0;
+
+/// Reads one row of [`JointMaps::into_rows`](evpose_nn::JointMaps::into_rows).
+///
+/// # Panics
+/// If the row is not of the cells of `grid`.
+pub fn joint_observation(row: &[f32], grid: &JointGrid) -> JointObservation {
+    let [columns, rows] = grid.cells;
+    let cells = columns * rows;
+    assert_eq!(row.len(), 2 * JOINTS * cells + 1, "a row of another grid");
+    let (maps, presence) = row.split_at(2 * JOINTS * cells);
+    let (heatmaps, depth_maps) = maps.split_at(JOINTS * cells);
+    let mut observed = JointObservation {
+        rays: [Vec2::ZERO; JOINTS],
+        depths: [0.0; JOINTS],
+        scores: [0.0; JOINTS],
+        presence: 1.0 / (1.0 + (-presence[0]).exp()),
+    };
+    let mut likelihood = vec![0.0; cells];
+    for joint in 0..JOINTS {
+        let of_joint = joint * cells..(joint + 1) * cells;
+        softmax(&heatmaps[of_joint.clone()], &mut likelihood);
+        let position = mean_position(&likelihood, columns);
+        observed.rays[joint] = grid.ray(position);
+        let depths = likelihood.iter().zip(&depth_maps[of_joint]);
+        observed.depths[joint] = depths.map(|(likelihood, depth)| likelihood * depth).sum();
+        observed.scores[joint] = near(&likelihood, columns, position);
+    }
+    observed
+}
+
+/// The softmax of logits. Without the largest subtracted, exponentials would overflow.
+fn softmax(logits: &[f32], out: &mut [f32]) {
+    let largest = logits.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+    let mut sum = 0.0;
+    for (out, logit) in out.iter_mut().zip(logits) {
+        *out = (logit - largest).exp();
+        sum += *out;
+    }
+    out.iter_mut().for_each(|value| *value /= sum);
+}
+
+/// The mean column and row under a likelihood of cells, row by row.
+fn mean_position(likelihood: &[f32], columns: usize) -> Vec2 {
+    let mut mean = Vec2::ZERO;
+    for (row, values) in likelihood.chunks_exact(columns).enumerate() {
+        let sum: f32 = values.iter().sum();
+        let along: f32 = values.iter().enumerate().map(|(x, value)| x as f32 * value).sum();
+        mean += Vec2::new(along, row as f32 * sum);
+    }
+    mean
+}
+
+/// The likelihood of the cells about a position.
+fn near(likelihood: &[f32], columns: usize, position: Vec2) -> f32 {
+    let range = |at: f32, count: usize| {
+        let first = (at - SCORE_CELLS).ceil().max(0.0) as usize;
+        first..((at + SCORE_CELLS).floor() as usize + 1).min(count)
+    };
+    let across = range(position.x, columns);
+    let down = range(position.y, likelihood.len() / columns);
+    down.map(|row| likelihood[row * columns..][across.clone()].iter().sum::<f32>()).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use evpose_core::SensorSize;
+
+    use crate::hand::HandConfig;
+
+    use super::*;
+
+    #[test]
+    fn a_gaussian_is_read_where_it_is_and_a_flat_heatmap_scores_next_to_nothing() {
+        let camera = HandConfig::default().simulation.camera();
+        let grid = JointGrid::new(&camera, SensorSize { width: 128, height: 96 }, 2.0);
+        let ([columns, rows], at) = (grid.cells, Vec2::new(20.3, 11.6));
+        let mut heatmap = Vec::new();
+        for row in 0..rows {
+            let square = |column: usize| Vec2::new(column as f32, row as f32).distance_squared(at);
+            heatmap.extend((0..columns).map(|column| -0.5 * square(column)));
+        }
+        let mut row = heatmap;
+        row.resize(JOINTS * columns * rows, 7.0);
+        for joint in 0..JOINTS {
+            row.extend(std::iter::repeat_n(0.1 * joint as f32, columns * rows));
+        }
+        row.push(2.0);
+        let observed = joint_observation(&row, &grid);
+        assert!(observed.rays[0].distance(grid.ray(at)) < 1e-4 / grid.focal_cells());
+        assert!(observed.scores[0] > 0.85 && observed.scores[0] <= 1.0, "{}", observed.scores[0]);
+        let middle = Vec2::new(columns as f32 - 1.0, rows as f32 - 1.0) / 2.0;
+        assert!(observed.rays[5].distance(grid.ray(middle)) < 1e-3 / grid.focal_cells());
+        let flat = 16.0 / (columns * rows) as f32;
+        assert!((observed.scores[5] - flat).abs() < 1e-4, "{}", observed.scores[5]);
+        assert!((observed.depths[7] - 0.7).abs() < 1e-4, "{}", observed.depths[7]);
+        assert!((observed.presence - 1.0 / (1.0 + (-2f32).exp())).abs() < 1e-6);
+    }
+}

@@ -1,0 +1,119 @@
+//! A training of joints from a recording to poses.
+
+use evpose_core::SensorSize;
+use evpose_nn::{DeviceKind, HandHead};
+use evpose_pose::HandSide;
+use evpose_sim::{Simulation, record_all};
+use evpose_task::hand::{CameraTurnConfig, HandConfig, HandView, TwoPassConfig};
+
+use crate::{HandDataset, Method, TrainOptions, evaluate, train_hand};
+
+use super::*;
+
+fn config() -> HandConfig {
+    let mut config = HandConfig::default();
+    config.simulation.image_scale = 0.4;
+    config.simulation.sequences = 2;
+    config.simulation.seconds = 0.4;
+    config.simulation.skin.texels = 64;
+    config.two_pass = Some(TwoPassConfig {
+        size: SensorSize { width: 64, height: 32 },
+        empty_probability: 0.2,
+        ..TwoPassConfig::default()
+    });
+    config.simulation.sensor_size = SensorSize { width: 240, height: 120 };
+    config.camera_turns = CameraTurnConfig { roll_deg: 30.0, tilt_deg: 5.0 };
+    config.network.backbone = HandHead::BACKBONE.to_owned();
+    config.network.head = HandHead::Joints;
+    config.network.width = 0.125;
+    config.training.batch_size = 4;
+    config.training.steps = 4;
+    config.training.steps_per_validation = 2;
+    config.training.validation_s = 0.15;
+    config.training.validation_samples = 4;
+    config.training.estimate_filter = true;
+    config.evaluation.first_ms = 200;
+    config
+}
+
+#[test]
+fn a_network_of_joints_trains_goes_on_and_is_evaluated() {
+    let config = config();
+    let directory = tempfile::tempdir().unwrap();
+    let [data, run, next] = ["data", "run", "next"].map(|name| directory.path().join(name));
+    record_all(&Simulation::new(&config.simulation, 1).unwrap(), &data, &|_| {}).unwrap();
+    let options = TrainOptions::new(DeviceKind::Flex);
+    let summary = train_hand(&config, &data, &run, &options).unwrap();
+    assert_eq!(summary.samples, 16);
+    let metrics = std::fs::read_to_string(run.join("metrics.jsonl")).unwrap();
+    assert!(metrics.contains("divergence") && metrics.contains("presence"), "{metrics}");
+
+    let best = HandCheckpoint::load(&run, &Device::flex()).unwrap();
+    assert_eq!(best.config.network, config.network);
+    let set = HandDataset::open(&data, &config).unwrap();
+    let mut trained = best.predictor(Device::flex()).unwrap();
+    let mut methods = [Method { name: "trained", predictor: &mut trained, filtered: None }];
+    let results = evaluate(&config, &set, &mut methods, 50, &mut |_| {}).unwrap();
+    let poses = &results[0].tracks[0].poses;
+    assert_eq!(results[0].tracks[0].frames, [200, 250, 300, 350]);
+    assert!(poses.iter().all(|pose| pose.to_array().iter().all(|value| value.is_finite())));
+
+    let mut from = config;
+    from.start_from = Some(run);
+    from.training.learning_rate = 1e-12;
+    train_hand(&from, &data, &next, &options).unwrap();
+    from.network.width = 0.25;
+    let error = train_hand(&from, &data, &directory.path().join("wider"), &options).unwrap_err();
+    assert!(error.to_string().contains("width"), "{error}");
+}
+
+/// Points in a file beside the labels come before those of the labels.
+#[test]
+fn recorded_joints_come_before_those_of_the_label() {
+    let config = HandConfig { two_pass: None, ..config() };
+    let config = HandConfig { camera_turns: CameraTurnConfig::default(), ..config };
+    let directory = tempfile::tempdir().unwrap();
+    record_all(&Simulation::new(&config.simulation, 1).unwrap(), directory.path(), &|_| {})
+        .unwrap();
+    let _ = std::fs::remove_file(directory.path().join("0000.joints.npy"));
+    let labels = || {
+        let set = HandDataset::open(directory.path(), &config).unwrap();
+        [120, 130].map(|index| set.plain_sample(index).unwrap().joints.unwrap())
+    };
+    let of_poses = labels();
+    let view = HandView::new(&config).unwrap();
+    let set = HandDataset::open(directory.path(), &config).unwrap();
+    let mut bytes = header(set.sequences()[0].frames());
+    for frame in 0..set.sequences()[0].frames() {
+        let sequence = &set.sequences()[0];
+        let betas = sequence.betas(sequence.episode_of(frame));
+        let points = view.points(HandSide::Right, &sequence.pose(frame).unwrap(), betas);
+        let mut points_m = view.camera_points(&points.world_m);
+        if frame == 130 {
+            // A finger that no articulation makes.
+            points_m[2] += glam::Vec3::new(0.0, 0.05, 0.0);
+        }
+        bytes.extend(points_m.iter().flat_map(|m| m.to_array()).flat_map(f32::to_le_bytes));
+    }
+    std::fs::write(directory.path().join("0000.joints.npy"), bytes).unwrap();
+    let of_file = labels();
+    for joint in 0..21 {
+        let off = of_file[0].positions[joint].distance(of_poses[0].positions[joint]);
+        assert!(off < 1e-3, "{joint}: {off}");
+    }
+    let moved = of_file[1].positions[2].distance(of_poses[1].positions[2]);
+    assert!(moved > 0.5, "{moved} cells");
+    assert!(of_file[1].positions[3].distance(of_poses[1].positions[3]) < 1e-3);
+}
+
+/// The header of `[frames, 21, 3]` as NumPy writes it.
+fn header(frames: u64) -> Vec<u8> {
+    let mut text =
+        format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({frames}, 21, 3), }}");
+    while !(10 + text.len() + 1).is_multiple_of(64) {
+        text.push(' ');
+    }
+    text.push('\n');
+    let length = (text.len() as u16).to_le_bytes();
+    [&b"\x93NUMPY\x01\x00"[..], &length, text.as_bytes()].concat()
+}
