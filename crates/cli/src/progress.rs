@@ -143,6 +143,7 @@ pub fn training_bar(label: &str) -> (ProgressBar, ProgressCallback) {
 /// A status line; where standard error is no terminal, a line of it every ten seconds.
 pub fn spinner() -> ProgressBar {
     let spinner = drawn(ProgressBar::new_spinner(), "{spinner} {msg}", "{msg} ({elapsed})");
+    // Messages come seldom, and without ticks the spinner would stand still.
     spinner.enable_steady_tick(Duration::from_millis(100));
     spinner
 }

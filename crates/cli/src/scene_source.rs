@@ -191,6 +191,7 @@ impl SceneSource {
                 most / fps
             );
         }
+        // Light is interpolated from frame to frame, for which there have to be two.
         Ok((wanted.min(most) as u64).clamp(2, frames.max(2)))
     }
 }

@@ -95,6 +95,7 @@ const NO_DATA: &str =
 
 fn path_below<'a>(given: &Path, directories: impl Iterator<Item = &'a Path>) -> PathBuf {
     let is_name = given.components().count() == 1 && given.extension().is_none();
+    // What is there wins over a shipped network of the same name.
     if given.exists() || !is_name {
         return given.to_owned();
     }
@@ -121,6 +122,7 @@ fn user_data() -> Option<PathBuf> {
 fn unpack(network: &EmbeddedNetwork, data: &Path) -> Result<PathBuf> {
     let directory = data.join(env!("CARGO_PKG_VERSION")).join(CHECKPOINTS);
     let path = directory.join(network.name).with_extension("bpk");
+    // Compared byte by byte, so that a damaged file is written again.
     if fs::read(&path).is_ok_and(|bytes| bytes == network.bytes) {
         return Ok(path);
     }

@@ -57,6 +57,7 @@ impl Step {
     pub(super) fn run(self, parts: &Path, left: Duration) -> Result<Finished> {
         let limit = Duration::from_secs_f64(self.limit_s).min(left);
         let log = parts.join("log.txt");
+        // A file rather than a pipe: nobody reads while it runs, and a full pipe would block it.
         let out = File::create(&log).with_context(|| format!("creating {}", log.display()))?;
         for file in &self.files {
             // Of an earlier run.
@@ -80,11 +81,13 @@ impl Step {
             }
             if started.elapsed() >= limit {
                 child.kill()?;
+                // It is waited for, so that the next step has the device for itself.
                 child.wait()?;
                 break "out of time";
             }
             std::thread::sleep(POLL);
         };
+        // A file that was cut off when time was over does not parse, and counts as missing.
         let results = self
             .files
             .iter()

@@ -32,6 +32,7 @@ pub(super) fn refined(mut model: BodyModel, vertices: usize) -> BodyModel {
             model.faces.push(face.map(|v| if v == edge.0 { middle } else { v }));
             let opposite = face.into_iter().find(|v| *v != edge.0 && *v != edge.1);
             let opposite = opposite.unwrap_or(middle);
+            // The outer edge at the replaced end borders the new face from here on.
             let outer = ordered(edge.1, opposite);
             if let Some(faces) = around.get_mut(&outer) {
                 faces.iter_mut().filter(|face| **face == number).for_each(|face| *face = added);
@@ -41,6 +42,7 @@ pub(super) fn refined(mut model: BodyModel, vertices: usize) -> BodyModel {
         }
         let added = model.faces.len();
         around.insert(ordered(edge.0, middle), [one, other]);
+        // Each of the two faces pushed one, and these are the last of the list.
         around.insert(ordered(edge.1, middle), [added - 2, added - 1]);
         for half in [ordered(edge.0, middle), ordered(edge.1, middle)] {
             longest.push((length(&model, half), half));

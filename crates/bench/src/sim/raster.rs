@@ -160,6 +160,7 @@ impl Draw for Plain<'_> {
     fn draw(&mut self, vertices_m: &[Vec3]) {
         let (width, height) = (f32::from(self.size.width), f32::from(self.size.height));
         self.faces.fill(u32::MAX);
+        // 1/w of an infinitely far point is 0: everything is nearer.
         self.depth.fill(0.0);
         self.screen.clear();
         self.screen.extend(vertices_m.iter().map(|&vertex_m| {

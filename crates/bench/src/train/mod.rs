@@ -165,6 +165,7 @@ fn of_body(args: &BenchTrainArgs, config: &HandConfig, device: &Device) -> Resul
     let input = [args.batch, channels, height, width];
     let windows = images(input, config.seed, brightest, device);
     let target = |map: Tensor<4>| images(map.dims(), config.seed ^ 1, 1.0, device);
+    // Only a forward pass shows the sizes of the maps, which their targets share.
     let targets = network.forward(windows.clone()).into_array().map(target);
     Ok(measured(args, config, input, *network, |network| {
         let maps = network.forward(windows.clone()).into_array().into_iter();

@@ -217,6 +217,7 @@ fn hand_figure(
     caption: &str,
 ) -> Result<String> {
     let events = bench::watch(model, hand, seed)?;
+    // The last 30 ms: planes are a millisecond apart, and the first is at 0.
     let from = Micros((hand.len() as i64 - 31) * 1_000);
     let image = event_image::events(&events, bench::size_of(hand), from);
     // A sensor that starts in the dark has a burst at time zero.

@@ -113,6 +113,7 @@ pub fn of_predictions(
         let mut reader = RepresentationReader::open(&recording.events, &checkpoint.config.image)?;
         let image = reader.at(Micros::from_seconds(found.t_s), |_| {})?;
         let mut canvas = Canvas::grey(&image, 2);
+        // Both times went through seconds, and may differ in their last digit.
         let after = recording.truth.partition_point(|truth| truth.t_s < found.t_s - 1e-9);
         if let Some(truth) = recording.truth.get(after) {
             canvas.body(&reader.image_points(&truth.joints_px), TRUTH);

@@ -112,6 +112,7 @@ fn task_of_checkpoint(checkpoint: &Path) -> Result<Option<&'static dyn PoseTask>
 /// If no task can read it, or this build or this machine lacks the device.
 pub fn open(checkpoint: &Path, device: &DeviceArgs) -> Result<Box<dyn PoseModel>> {
     let checkpoint = &checkpoint_path(checkpoint)?;
+    // A misspelt name is reported before a GPU is started for it.
     ensure!(checkpoint.exists(), unknown_checkpoint(checkpoint));
     let device = device.open()?;
     if let Some(task) = task_of_checkpoint(checkpoint)? {

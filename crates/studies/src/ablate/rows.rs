@@ -294,6 +294,7 @@ pub(super) fn selected(
         names.is_empty() || of_backbones
     };
     let asked = ROWS.iter().copied().filter(|row| is_named(row) || is_in_group(row));
+    // What is named by itself stays, so that its validation says what is wrong with it.
     asked.partition(|row| is_named(row) || fits(row, base))
 }
 

@@ -159,6 +159,7 @@ impl TrialRun {
     /// Whether its network is finished.
     pub(super) fn is_trained(&self) -> Result<bool> {
         let is_trained = Training::is_finished(&self.run);
+        // It is not trained anew: that would overwrite hours of somebody's training.
         if is_trained && HandConfig::read(&self.run.join(CONFIG))? != self.config {
             bail!(
                 "{} is of another config: remove it, or choose another --out",

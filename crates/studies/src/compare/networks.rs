@@ -129,6 +129,7 @@ impl TrainingQueue<'_> {
             let Some((chain, stages)) = next else { return Ok(()) };
             for network in chain {
                 if let Err(error) = self.train(network, stages) {
+                    // Others finish the training at hand, which a later start finds.
                     self.queue.lock().unwrap_or_else(PoisonError::into_inner).clear();
                     return Err(error);
                 }
@@ -161,6 +162,7 @@ impl TrainingQueue<'_> {
         let (bar, counted) = (self.progress.clone(), Mutex::new(0));
         ProgressCallback::new(move |progress| {
             let mut counted = counted.lock().unwrap_or_else(PoisonError::into_inner);
+            // A training counts from its own start, while the bar runs over all of them.
             bar.inc(progress.samples.saturating_sub(*counted));
             *counted = progress.samples;
         })

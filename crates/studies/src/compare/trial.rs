@@ -141,6 +141,7 @@ pub(crate) fn run(candidate: &Candidate<'_>, weights: Option<String>) -> Result<
         mpjpe_px: estimate(scores.mpjpe_px),
         mpjpe_mm,
         poses_per_s: match system.weights {
+            // A constant takes no time, and would lead the table of speeds.
             Weights::MeanPose => None,
             _ => Some(poses_per_s(&ready, &frames)?),
         },

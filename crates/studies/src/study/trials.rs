@@ -141,6 +141,7 @@ impl StudyPlan<'_> {
                 None => missing.push(trial),
             }
         }
+        // A mean over some of the seeds would change when the others are there.
         trials.retain(|row, _| missing.iter().all(|trial| trial.0 != *row));
         let named = trials.into_iter().map(|(row, of_row)| (self.rows[row].clone(), of_row));
         Ok((named.collect(), missing))

@@ -112,6 +112,7 @@ fn play(source: Box<dyn Source>, stream: Box<dyn OnlineStream>, args: &LiveArgs)
         stop_after(Duration::from_secs_f64(seconds), &control);
     }
     let ended = stream.run(source, &mut sinks, &options, &control);
+    // Outputs are finished after a failure, too: poses until then are of use.
     let written = sinks.finish();
     let report = control.meter.report();
     for remark in control.meter.remarks() {

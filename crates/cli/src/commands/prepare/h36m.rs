@@ -83,6 +83,7 @@ fn synthesize(args: &H36mArgs, name: &ClipName) -> Result<(LabelledRecording, Ve
     let frame_px = IVec2::new(source.size().width.into(), source.size().height.into());
     let crop = Crop::around(poses.iter().flatten().copied(), frame_px, rule)
         .context("there is no pose, or a joint of one is no number")?;
+    // By the name of the clip: its noise does not depend on which others are converted.
     let seed = seed_for(args.seed, &name.to_string(), 0);
     // Clips come one by one.
     let how = Synthesis { threads: sensor_threads(SENSOR), ..Synthesis::published(seed)? };

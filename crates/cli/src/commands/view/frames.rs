@@ -96,6 +96,7 @@ impl FrameReader {
             self.representation.push(&events);
             self.representation.advance(t);
             self.representation.render(&mut planes);
+            // Events before the start only fill the representation, and do not count.
             if read_to < self.start {
                 events = events.slice(TimeWindow { start: self.start, end: t });
             }
@@ -149,6 +150,7 @@ impl RenderedFrames {
     pub(super) fn take(mut reader: FrameReader) -> Result<Self> {
         let mut frames = Vec::new();
         let (palette, origin) = (reader.palette, reader.origin);
+        // Taken out of the reader, all of which `play` borrows.
         let overlay = std::mem::take(&mut reader.overlay);
         // Two planes are drawn as polarities.
         let keys = overlay.keys(reader.representation.channels() == 2);
@@ -189,6 +191,7 @@ fn span(args: &ViewArgs, origin: Micros, windows: &mut Windows) -> Result<(Micro
     let start = after(args.from.max(0.0));
     let end = match args.to {
         Some(to) => after(to),
+        // A window excludes its end, and the last event counts.
         None => Micros(windows.end()?.0.saturating_add(1)),
     };
     ensure!(start < end, "--from lies behind the end of what is shown");

@@ -96,6 +96,7 @@ fn strip(side_by_side: &SideBySide) -> RgbImage {
 
 fn colour(digit: u8) -> Rgb<u8> {
     let levels = (digit as char).to_digit(16).unwrap_or(0);
+    // A digit holds two counts of 0 to 3, that of ON events in its upper bits.
     let (on, off) = (f64::from(levels / 4), f64::from(levels % 4));
     let all = on + off;
     if all == 0.0 {

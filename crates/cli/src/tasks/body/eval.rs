@@ -352,6 +352,7 @@ fn print_lowest(recordings: &[RecordingScores]) {
         recording.scores.pck.get(at).copied().flatten().map(|pck| pck.estimate)
     };
     let mut ordered: Vec<&RecordingScores> = recordings.iter().collect();
+    // What has no score comes last: no share is above 1.
     ordered.sort_by(|a, b| share(a).unwrap_or(2.0).total_cmp(&share(b).unwrap_or(2.0)));
     say(format!("lowest PCK@0.4 of {} recordings:", recordings.len()));
     for recording in ordered.into_iter().take(LOWEST) {

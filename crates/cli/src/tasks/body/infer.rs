@@ -45,6 +45,7 @@ pub(super) fn run(model: &BodyNetwork, args: &InferArgs, own: &BodyInferArgs) ->
     let mut predictor = model.predictor(options)?;
     let batch = online::batch(own.batch, &model.device);
     if model.device != Device::flex() {
+        // A GPU compiles its kernels at the first call, which is no latency of a pose.
         predictor.warm_up(batch);
     }
     let opening = args.opening.options_with_sensor(events)?;
