@@ -67,6 +67,7 @@ impl Step {
         let started = Instant::now();
         let mut child = Command::new(program)
             .args(&self.arguments)
+            // A process reads the way once: another way takes another process.
             .env("EVPOSE_GPU_CONVOLUTION", self.way)
             .envs(self.environment.iter().copied())
             .current_dir(parts)

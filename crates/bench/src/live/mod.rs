@@ -158,6 +158,7 @@ impl<'a> Bench<'a> {
             memory,
         };
         say(row.line());
+        // The clock of a replay that is set back offers fewer events than the row says.
         if row.report.slipped_us > 0 {
             let slipped_s = 1e-6 * row.report.slipped_us as f64;
             say(format!(

@@ -73,6 +73,7 @@ fn halve(model: &mut BodyModel, (a, b): (u32, u32)) -> u32 {
     model.shape_directions_m.iter_mut().for_each(middle);
     let uv: Vec2 = 0.5 * (model.uvs[a] + model.uvs[b]);
     model.uvs.push(uv);
+    // Weights of both ends are summed, and `strongest` scales the sum to one.
     let mut shares = vec![0.0; model.parents.len()];
     for (joint, weight) in model.skin[a].iter().chain(model.skin[b].iter()) {
         shares[joint] += weight;

@@ -71,6 +71,7 @@ pub struct GalleryOptions<'a> {
 pub fn write(args: &GalleryOptions<'_>) -> Result<()> {
     let entries = chosen(args.only)?;
     let started = std::time::Instant::now();
+    // Rendered once, so that all sensors are before the very same light.
     let hand = hand(args.scale, args.seed)?;
     let progress = bar("drawing", entries.len() as u64, "rows");
     let rows = entries

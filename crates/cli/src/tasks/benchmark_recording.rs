@@ -20,6 +20,7 @@ pub(crate) fn of_body(folder: &Path, rate: f64) -> Result<PathBuf> {
         sensor_size: VGA,
         sequences: 1,
         seconds: SECONDS,
+        // A camera that moves makes events all over the image, as busy recordings have them.
         moving_cameras: 1.0,
         activities: vec!["boxing".to_owned()],
         ..PeopleConfig::default()

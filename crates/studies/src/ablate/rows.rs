@@ -196,6 +196,7 @@ fn set_window(config: &mut HandConfig, window_ms: u32) {
     let before = config.representation.window_ms;
     let scaled = |frames: u32| {
         let exact = f64::from(frames) * f64::from(window_ms) / f64::from(before);
+        // An augmented window without a frame would hold no events.
         (exact.round() as u32).max(1)
     };
     config.augmentation.shortest_frames = scaled(config.augmentation.shortest_frames);

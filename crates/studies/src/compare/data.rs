@@ -127,7 +127,7 @@ impl Data {
     ) -> Result<BodyFrames> {
         let data = self.test(study, stages, set)?;
         let held_out = set.config(stages);
-        // Grey frames are rendered anew by these, and have to show the scenes of the recordings.
+        // The noise before a recording is drawn by the seed: not by that of the training.
         (experiment.seed, experiment.simulation) = (held_out.seed, held_out.simulation);
         recorded::frames(&experiment, &data).with_context(|| format!("reading {}", data.display()))
     }

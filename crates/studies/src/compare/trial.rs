@@ -194,6 +194,7 @@ fn errors_of(frame: &BodyFrame, pose: &SystemPose) -> Vec<((u64, i64), Vec<f32>)
         .iter()
         .zip(camera.joints_m)
         .filter_map(|(joint, truth)| Some(joint.as_ref()?.distance(truth)))
+        // A joint without a label is NaN.
         .filter(|error| error.is_finite())
         .collect();
     if errors.is_empty() { Vec::new() } else { vec![((frame.sequence, frame.t.0), errors)] }

@@ -39,6 +39,7 @@ impl Training<'_> {
         train: impl FnOnce(&TrainOptions) -> Result<TrainSummary<C>>,
     ) -> Result<Option<f64>> {
         exclusively(self.run, || {
+            // Another process may have finished it while this one waited for the lock.
             if Self::is_finished(self.run) {
                 return Ok(None);
             }

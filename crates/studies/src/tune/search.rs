@@ -162,6 +162,7 @@ impl Search<'_> {
     fn outcome(&self) -> Result<SearchOutcome> {
         let mut by_rung = Vec::new();
         for rung in 0..self.plan.rungs().len() {
+            // The entrants of later rungs follow from results that are still missing.
             let Some(entrants) = self.entrants(rung)? else { break };
             let mut results = Vec::new();
             for trial in entrants {

@@ -92,6 +92,7 @@ impl<'a> TrialConfigs<'a> {
 
     fn experiment(&self, mut changes: Vec<String>) -> Result<Box<dyn PoseExperiment>> {
         let mut overrides = self.config.overrides.clone();
+        // The last change of a field counts: what is drawn wins over --set.
         overrides.append(&mut changes);
         let args = ConfigArgs { config: self.config.config.clone(), overrides };
         self.task.studied()?.experiment(&args, start_of(self.start_from.as_deref()))

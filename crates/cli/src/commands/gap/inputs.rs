@@ -113,6 +113,7 @@ fn load_all(
 /// A note on events that the scene does not cover.
 fn outside(events: &EventStream, end: Micros) -> Option<String> {
     let early = events.t().partition_point(|t| *t < Micros(0));
+    // An event at the last frame still has its light.
     let late = events.len() - events.t().partition_point(|t| *t <= end);
     let last_s = end.as_seconds();
     (early + late > 0).then(|| {

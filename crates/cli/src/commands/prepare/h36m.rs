@@ -52,6 +52,7 @@ pub(super) fn original(args: &H36mArgs) -> Result<()> {
             Ok(clip) => clip,
             Err(reason) => return Ok(Reading::LeftOut(reason.to_string())),
         };
+        // Here, since the events of a clip are dropped once its frames are drawn.
         if let Some(folder) = &yarp {
             write_published(folder, name, &recording)?;
         }

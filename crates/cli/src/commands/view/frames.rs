@@ -167,6 +167,7 @@ impl RenderedFrames {
     ///
     /// Those of the first one do not count: simulated recordings begin with a burst of all pixels.
     pub(super) fn busiest(&self) -> usize {
+        // A window that is longer than the spacing shows the events of several frames.
         let shown = ((self.reader.length.0 - 1) / self.reader.every.0 + 1) as usize;
         let events = |k: usize| -> usize {
             let first = (k + 1).saturating_sub(shown).max(1);

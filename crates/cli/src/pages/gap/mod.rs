@@ -123,7 +123,7 @@ fn banner(page: &mut HtmlPage, data: &ReportData) {
         escape(&words::headline(verdict)),
         escape(&words::meaning(verdict))
     ));
-    // Where the light of the scene is not given, the first note says how it was treated.
+    // A comparison without a scene, or without its light, says so in its first note.
     if let Some(mode) = verdict.notes.first().filter(|note| note.starts_with("mode ")) {
         page.markup(&format!("<p class=\"say\">{}</p>", escape(mode)));
     }

@@ -140,6 +140,7 @@ fn timed(pose: &SpatialPose, first: &PlacedCamera) -> TimedPose {
     timed.score = mean(seen.iter().filter_map(|one| one.score).collect());
     for (k, (joint, at_m)) in timed.joints.iter_mut().zip(pose.joints_m).enumerate() {
         joint.position_m = at_m.map(|at_m| at_m.as_vec3());
+        // Projected, since the first camera may not have detected this joint at all.
         joint.image_px =
             at_m.and_then(|at_m| first.image_from_world(at_m)).map(|at_px| at_px.as_vec2());
         joint.score = mean(seen.iter().filter_map(|one| one.joints[k].score).collect());
