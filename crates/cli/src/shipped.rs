@@ -47,6 +47,7 @@ pub fn card_of(bytes: &[u8]) -> Option<String> {
 pub fn checkpoint_path(given: &Path) -> Result<PathBuf> {
     let program = env::current_exe().unwrap_or_default();
     let data = env::var_os(DATA).map(PathBuf::from);
+    // The working folder comes first, so that a checkout has its own networks.
     let here = std::iter::once(Path::new(""));
     let path = path_below(given, here.chain(program.ancestors().skip(1)).chain(data.as_deref()));
     if path.exists() {

@@ -171,6 +171,7 @@ fn all(args: &BenchGpuArgs) -> Result<()> {
         args.only.is_empty() || args.only.iter().any(|name| step.name.starts_with(name.as_str()))
     };
     for step in plan.steps().into_iter().filter(is_wanted) {
+        // When the time is over, a step ends at once and is still listed.
         let left = deadline.saturating_duration_since(Instant::now());
         report.steps.push(step.run(&parts, left)?);
         report.cases = plan::cases(&report.steps);

@@ -90,6 +90,7 @@ impl Plan<'_> {
             steps.push(self.training_step(device, OTHERS[1], 45.0));
             steps.push(self.inference(device, OTHERS[2], 30.0));
         }
+        // Agreement of the other way comes last, since it is not the way that is used.
         steps.extend(self.devices.iter().map(|device| self.agreement(device, OTHERS[0])));
         steps
     }

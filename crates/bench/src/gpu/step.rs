@@ -41,6 +41,7 @@ impl std::fmt::Display for Finished {
         let Self { name, device, way, seconds, outcome, results, .. } = self;
         write!(f, "{name} {device} {way}: {outcome} in {seconds:.1} s, {} results", results.len())?;
         if *outcome != "done" {
+            // What a process prints last says why it failed.
             for line in self.last_lines.iter().rev().take(6).rev() {
                 write!(f, "\n         | {line}")?;
             }

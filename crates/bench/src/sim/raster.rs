@@ -49,6 +49,7 @@ pub(super) fn measure(config: &SimulationConfig, model: &BodyModel) -> Vec<Raste
             if round > 0 {
                 times_us[who].push(us);
             } else {
+                // Not in a timed round, since counting draws every pose once more.
                 covered[who] = views
                     .iter()
                     .map(|vertices_m| {

@@ -64,7 +64,7 @@ pub fn evaluate_with_baselines(
     stride_ms: u32,
 ) -> Result<HeldOutEvaluation> {
     let mut mean_pose = ConstantPose(mean);
-    // With the seed of the config: the network as it was before its first step.
+    // By the seed of the config, from which a training draws its initial weights, too.
     let mut before = NetworkPredictor::new(config, untrained(config, device)?, device.clone())?;
     let mut methods = [
         Method { name: "mean_pose", predictor: &mut mean_pose, filtered: None },

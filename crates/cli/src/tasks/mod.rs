@@ -102,6 +102,7 @@ fn task_of_checkpoint(checkpoint: &Path) -> Result<Option<&'static dyn PoseTask>
     if let Some(task) = task_of(checkpoint).or_else(|| task_of(&checkpoint.join(BEST))) {
         return task_by_name(&task).map(Some);
     }
+    // A run that was killed has no finished weights, but its config.
     let config = checkpoint.join(CONFIG);
     config.exists().then(|| task_of_config(&config.to_string_lossy())).transpose()
 }

@@ -185,6 +185,7 @@ impl TrialRun {
         let input = [1, 2, usize::from(image.height), usize::from(image.width)];
         let mut runner = Runner::usual(&checkpoint.network, input, device)?;
         let times_ms = latency::sorted_ms(&mut runner, input, TIMED, config.seed);
+        // It holds a compiled copy of the weights, which the evaluation does not need.
         drop(runner);
         // Published counts are of full width, at which few are trained here.
         let published = HandRegressorConfig { width: 1.0, ..config.network.clone() };

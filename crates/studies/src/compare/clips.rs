@@ -225,6 +225,7 @@ fn rows_of(args: &CompareClipsArgs, config: &BodyConfig, device: &Device) -> Res
     let mut rows = vec![row("from nothing", None, "", true)];
     for start in &args.start {
         let mut path = checkpoint_path(start)?;
+        // The digest is of a file, which a run directory is not.
         if path.is_dir() {
             path = path.join(BEST);
         }

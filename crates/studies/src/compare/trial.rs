@@ -132,6 +132,7 @@ pub(crate) fn run(candidate: &Candidate<'_>, weights: Option<String>) -> Result<
         system: system.name.to_owned(),
         seed,
         commit: COMMIT.to_owned(),
+        // Speeds are of one thread: whether two compare depends on the processor alone.
         machine: Machine::this().cpu,
         weights,
         images: frames.len(),

@@ -44,6 +44,7 @@ pub fn run(args: &TuneArgs) -> Result<()> {
         return Err(anyhow!("{}: no such directory", data.display()).context(BadInput));
     }
     let inputs = [
+        // The plan is an input: with other rungs, the same files would mean other results.
         ("tune.toml", settings(args, &plan)),
         ("over.toml", space.text().to_owned()),
         (CONFIG, configs.base.to_toml()?),

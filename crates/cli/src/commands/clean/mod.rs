@@ -33,6 +33,7 @@ pub fn run(args: &CleanArgs) -> Result<()> {
         None => None,
     };
     let Some((out, format)) = target else { return Ok(()) };
+    // Where axes are swapped, so are width and height.
     let sensor = symmetry.map_or(account.sensor, |symmetry| symmetry.size(account.sensor));
     let transform = |events: &mut EventStream| {
         if let Some(symmetry) = symmetry {

@@ -88,6 +88,7 @@ fn play(source: Box<dyn Source>, stream: Box<dyn OnlineStream>, args: &LiveArgs)
             Some(rerun::Viewer::open(place.as_deref(), pipeline)?)
         }
     };
+    // The pipeline takes one observer, which stands for all of them.
     if !observers.is_empty() {
         control.observer =
             Some(Arc::new(move |events| observers.iter().for_each(|show| show(events))));

@@ -213,6 +213,7 @@ mod sdk {
         }
 
         fn mesh_vertices(&mut self, frame: &FrameInput) -> Option<Vec<[f32; 3]>> {
+            // Propagated poses are later than those of the network, where there are any.
             let newest = frame.poses[1].as_ref().or(frame.poses[0].as_ref())?;
             let PoseEstimate::Hand { params, .. } = &newest.pose else { return None };
             let vertices = (self.mesh.as_mut()?.vertices)(params)?;

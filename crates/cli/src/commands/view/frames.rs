@@ -53,6 +53,7 @@ impl FrameReader {
         let origin = windows.start().with_context(|| format!("{}: no events", input.display()))?;
         let sensor = windows.sensor();
         let (start, end) = span(args, origin, &mut windows)?;
+        // Never 0: more frames than microseconds would all end at one time.
         let every = Micros(((end.0 - start.0) / i64::from(frames)).max(1));
         let length = Micros::from_seconds(args.window_ms * 1e-3);
         let window = StreamWindow::new(sensor, length, ChannelOrder::OffFirst)?;

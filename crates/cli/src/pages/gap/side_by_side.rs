@@ -22,6 +22,7 @@ const PAPER: [f64; 3] = [252.0, 252.0, 253.0];
 const BETWEEN: Rgb<u8> = Rgb([226, 228, 234]);
 
 pub(crate) fn section(page: &mut HtmlPage, data: &ReportData) -> Result<()> {
+    // Pixels are placed by the sizes that the file states, which may be wrong.
     let Some(side_by_side) =
         data.side_by_side.as_ref().filter(|side_by_side| is_whole(side_by_side))
     else {

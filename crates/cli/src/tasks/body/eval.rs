@@ -109,6 +109,7 @@ fn evaluate(
     data: &Path,
     outputs: &Outputs<'_>,
 ) -> Result<()> {
+    // First, since its load of the machine is that before the evaluation.
     let provenance = Provenance::this();
     let checkpoint = &model.checkpoint;
     let options = BodyPredictorOptions {
@@ -168,6 +169,7 @@ fn evaluate(
         people::of_predictions(checkpoint, &evaluated, path)?;
     }
     write_json(outputs.json, &report)?;
+    // Last, so that an error of drawing does not cost the scores.
     if let Some(path) = outputs.curves {
         draw(path, &report)?;
     }

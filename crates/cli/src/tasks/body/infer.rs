@@ -51,6 +51,7 @@ pub(super) fn run(model: &BodyNetwork, args: &InferArgs, own: &BodyInferArgs) ->
     let opening = args.opening.options_with_sensor(events)?;
     let stride_ms = args.stride_ms.unwrap_or(checkpoint.config.evaluation.every_ms);
     let step = Micros(1_000 * i64::from(stride_ms.max(1)));
+    // A closure, since propagated poses take a second pass over the recording.
     let open = |propagation: Option<&PropagationConfig>| -> Result<BodyRecording> {
         let windows = Windows::open(events, &opening)?;
         let calibration = Calibration::choose(own.own.camera.as_deref(), windows.sensor())?;
@@ -131,6 +132,7 @@ fn write_propagated(
 ) -> Result<()> {
     let config = PropagationConfig {
         network_hz: 1e3 / f64::from(stride_ms.max(1)),
+        // Offline, an inference counts at its own time: there is no latency to bridge.
         latency_ms: 0.0,
         ..PropagationConfig::default()
     };

@@ -75,6 +75,7 @@ pub(super) fn run(model: &BodyNetwork, args: &InferArgs, own: &BodyInferArgs) ->
         progress.set_position((pose.t - start).0 as u64 / 1_000);
     }
     progress.finish_and_clear();
+    // Before the error below, so that rows of nobody say at which times that was.
     write_poses(&args.out, &poses, format)?;
     for (index, warning) in people.warnings() {
         note(format!("warning: {}: {warning}", own.events[index].display()));

@@ -77,6 +77,7 @@ pub(super) fn interface(model: &BodyNetwork) -> Interface {
         || "not blurred".to_owned(),
         |blur| format!("blurred by a Gaussian of {blur:?} pixels a side").to_lowercase(),
     );
+    // Maps have a quarter of the sides of the input.
     let (decoding, cells) = (&config.decoding, rows / 4);
     let softening = decoding.softening_cells;
     let decode = format!(

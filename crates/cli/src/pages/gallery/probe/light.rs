@@ -73,6 +73,7 @@ pub(super) fn grating(variants: &[Variant], seed: u64) -> Result<Shown> {
                 counts[y / BAND] += 1.0 / (rows.len() * columns.len()) as f64;
             }
         }
+        // Divided by the period, this is the count of periods that passed each pixel.
         let passed_px = PX_PER_S * STEPS as f64 * 1e-3;
         let points = PERIODS.iter().zip(counts).map(|(p, n)| (*p, n * p / passed_px)).collect();
         chart.series.push(series(variant, Mark::Line, points));
