@@ -112,7 +112,7 @@ impl TermLike for LogLines {
 
     fn flush(&self) -> std::io::Result<()> {
         let mut state = self.state();
-        // Taken even if no line is due: what was drawn until then is out of date.
+        // What is drawn while no line is due would be out of date in the next one.
         let text = std::mem::take(&mut state.text);
         if state.last.elapsed() >= self.every && !text.trim().is_empty() {
             state.last = Instant::now();

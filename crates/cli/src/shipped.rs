@@ -123,7 +123,7 @@ fn user_data() -> Option<PathBuf> {
 fn unpack(network: &EmbeddedNetwork, data: &Path) -> Result<PathBuf> {
     let directory = data.join(env!("CARGO_PKG_VERSION")).join(CHECKPOINTS);
     let path = directory.join(network.name).with_extension("bpk");
-    // Compared byte by byte, so that a damaged file is written again.
+    // A file that was damaged since is written again.
     if fs::read(&path).is_ok_and(|bytes| bytes == network.bytes) {
         return Ok(path);
     }

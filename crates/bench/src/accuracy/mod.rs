@@ -68,7 +68,7 @@ pub(super) fn run(args: &BenchAccuracyArgs) -> Result<()> {
         let provenance = Provenance::this();
         let scratch = tempfile::tempdir().context("a directory for recordings")?;
         let prepared = set.prepare(args, scratch.path())?;
-        // Before any evaluation: a foreign set that was opened before must yield no further scores.
+        // This precedes any evaluation: a foreign set that was opened must yield no further scores.
         let path = match set {
             SetName::Foreign => foreign_path(args, &provenance.version, &prepared.digest)?,
             set => args.out.join(format!("{}.json", set.word())),

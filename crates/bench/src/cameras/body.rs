@@ -35,7 +35,7 @@ fn score(checkpoint: &BodyCheckpoint, mut scenes: BodyConfig, sensor: SensorSize
         .vertical_fov_deg
         .map(|degrees| covering_fov_deg(sensor, f64::from(degrees)) as f32);
     let directory = tempfile::tempdir().context("a directory for the recordings")?;
-    // Before the recording, which ends with a check against this file.
+    // The recording ends with a check against this file.
     run_info::write_shared(directory.path(), &scenes)?;
     recorded::record_people_of(&scenes, directory.path(), Shard::WHOLE)?;
     let recordings = BodyRecordings::open(directory.path())?;

@@ -165,7 +165,7 @@ fn all(args: &BenchGpuArgs) -> Result<()> {
         steps: Vec::new(),
     };
     let path = args.out.join(RESULTS);
-    // Written at once, so that a run that dies in its first step still lists its devices.
+    // A run that dies in its first step still lists its devices.
     write_result(&path, &report)?;
     let is_wanted = |step: &Step| {
         args.only.is_empty() || args.only.iter().any(|name| step.name.starts_with(name.as_str()))
@@ -181,7 +181,7 @@ fn all(args: &BenchGpuArgs) -> Result<()> {
     if let (Some(run), Some(data)) = (&args.resume, &args.data) {
         let left = deadline.saturating_duration_since(Instant::now());
         let (device, way) = plan::fastest(&report.steps);
-        // Absolute paths, since the step runs in the folder of its parts.
+        // Paths have to be absolute, since the step runs in the folder of its parts.
         let step = Step::training(&absolute(run)?, &absolute(data)?, &device, way);
         report.steps.push(step.run(&parts, left)?);
         write_result(&path, &report)?;

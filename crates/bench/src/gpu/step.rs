@@ -58,7 +58,7 @@ impl Step {
     pub(super) fn run(self, parts: &Path, left: Duration) -> Result<Finished> {
         let limit = Duration::from_secs_f64(self.limit_s).min(left);
         let log = parts.join("log.txt");
-        // A file rather than a pipe: nobody reads while it runs, and a full pipe would block it.
+        // A full pipe would block the process, which nobody reads while it runs.
         let out = File::create(&log).with_context(|| format!("creating {}", log.display()))?;
         for file in &self.files {
             // Of an earlier run.

@@ -212,7 +212,7 @@ impl<'a> Bench<'a> {
                 samples
             });
             let ran = stream.run(Box::new(source), &mut Sinks::new(), &live, &control);
-            // After an error, too: the scope waits for the sampler, which would never end.
+            // The scope waits for the sampler, which would never end after an error.
             control.stop();
             let samples = sampler.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
             ran.map(|report| (report, samples))

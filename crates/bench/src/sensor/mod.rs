@@ -112,7 +112,7 @@ pub(crate) fn figures(args: &BenchSensorArgs) -> Result<Vec<Figure>> {
 }
 
 fn measure_all(args: &BenchSensorArgs) -> Result<Report> {
-    // Parsed first: a mistake in --peer is reported before minutes of measurements.
+    // A mistake in --peer is reported before minutes of measurements.
     let peers = args.peer.iter().map(|text| Peer::parse(text)).collect::<Result<Vec<_>>>()?;
     let frames = scene::frames();
     let worth = sensor_threads(scene::SIZE);

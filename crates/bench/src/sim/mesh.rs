@@ -42,7 +42,7 @@ pub(super) fn refined(mut model: BodyModel, vertices: usize) -> BodyModel {
         }
         let added = model.faces.len();
         around.insert(ordered(edge.0, middle), [one, other]);
-        // Each of the two faces pushed one, and these are the last of the list.
+        // Both faces were split by now, and their new halves are the last two of the list.
         around.insert(ordered(edge.1, middle), [added - 2, added - 1]);
         for half in [ordered(edge.0, middle), ordered(edge.1, middle)] {
             longest.push((length(&model, half), half));

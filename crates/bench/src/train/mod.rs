@@ -147,7 +147,7 @@ fn of_hand(args: &BenchTrainArgs, config: &HandConfig, device: &Device) -> Resul
     let input = [args.batch, 2, usize::from(sensor.height), usize::from(sensor.width)];
     let windows = images(input, config.seed, 1.0, device);
     let outputs = config.network.rotation.outputs();
-    // Another seed than that of the windows, whose values they must not repeat.
+    // The seed differs from that of the windows, whose values poses must not repeat.
     let poses = latency::windows([args.batch, outputs, 1, 1], config.seed ^ 1);
     let poses = TensorData::new(poses, [args.batch, outputs]);
     let poses = Tensor::<2>::from_data(poses, device);

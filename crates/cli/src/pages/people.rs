@@ -78,7 +78,7 @@ fn corners(joints_px: &BodyPoints, sensor: SensorSize) -> [Vec2; 2] {
     let joints = || joints_px.iter().flatten().copied();
     match (joints().reduce(Vec2::min), joints().reduce(Vec2::max)) {
         (Some(low), Some(high)) => {
-            // Of the longer side, or upright people would have none to the left and right.
+            // The longer side decides, or upright people would have little room at their sides.
             let margin = MARGIN * (high - low).max_element();
             [low - margin, high + margin]
         }

@@ -68,7 +68,7 @@ fn write(folder: &Path, events: &EventStream, rate: f64) -> Result<PathBuf> {
         left -= 1;
     }
     let more = wanted - all.len();
-    // Evenly in time, so that the rate is reached in every part of the recording.
+    // Noise is spread evenly, so that the rate is reached in every part of the recording.
     all.extend((0..more).map(|k| Event {
         t: SETTLED + Micros((k as f64 / more as f64 * (end - SETTLED).0 as f64) as i64),
         x: rng.below(usize::from(sensor.width)) as u16,

@@ -170,7 +170,7 @@ where
     F: StreamFrontend,
     W: InferenceWorker<Input = F::Input, Output = F::Output>,
 {
-    // Before an inference of an hour, which an unknown ending would waste.
+    // An unknown ending would waste an inference of an hour.
     let format = format_of(own.format, &args.out)?;
     let latency_ms = |delay_s| args.latency_ms(delay_s);
     let (poses, counts) = infer_rows(recording, &own.events, kind, latency_ms)?;

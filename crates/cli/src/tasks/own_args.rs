@@ -106,7 +106,7 @@ pub fn command_of_task(mut command: Command, words: &[OsString]) -> Result<Comma
     };
     let own = task.arguments(of, Command::new("arguments"));
     if let Some(message) = refusal(of, task.name(), &own, matches) {
-        // Built, so that the error shows the usage of the subcommand.
+        // Only a command that is built shows the usage of its subcommand in an error.
         command.build();
         return Err(match command.find_subcommand_mut(name) {
             Some(command) => command.error(ErrorKind::ArgumentConflict, message),

@@ -49,7 +49,7 @@ pub fn record_values<C: Experiment>(
     let progress = bar("simulating", unfinished.len() as u64, "sequences");
     for &sequence in &unfinished {
         record(sequence)?;
-        // Sealed one by one, so that a killed run repeats only the one it was at.
+        // Sequences are sealed one by one, so that a killed run repeats only the one it was at.
         set.seal(sequence)?;
         progress.inc(1);
     }
@@ -128,7 +128,7 @@ pub trait ValueModel {
         for (index, (events, table)) in files.iter().enumerate() {
             let mut recording = self.open_recording(events, every, &OpenOptions::default())?;
             let at_times = read_values(table, self.layout())?.into_iter();
-            // Only the times at which `infer` has an input: what is learnt is what is scored.
+            // What is learnt is what is scored: the times at which `infer` has an input.
             for (t, values) in at_times.filter(|(t, _)| t.0 > 0 && t.0 % every.0 == 0) {
                 recording.advance(t)?;
                 let input = recording.stream().frontend.input(t, None);

@@ -71,7 +71,7 @@ pub(super) fn run(args: &AblateHandArgs) -> Result<()> {
         ));
     }
     for row in &rows {
-        // All rows come before the first training: an invalid one would end the study hours later.
+        // An invalid row would end the study hours later, after the training of those before it.
         row.config(&base).validate().with_context(|| format!("row {}", row.name))?;
     }
     let seeds = args.seeds.all(base.seed)?;

@@ -152,7 +152,7 @@ impl TrainingQueue<'_> {
         })?;
         let minutes = began.elapsed().as_secs_f64() / 60.0;
         let speed = trained.map_or_else(String::new, |speed| format!(", {speed:.0} images/s"));
-        // Suspended, or the bar would be drawn into the line.
+        // The bar is suspended, or it would be drawn into the line.
         self.progress.suspend(|| {
             say(format!("    {}, seed {seed}: trained in {minutes:.1} min{speed}", network.name()));
         });

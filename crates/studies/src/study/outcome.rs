@@ -294,7 +294,7 @@ pub(crate) fn verdict(relation: Relation, metric: Metric, difference: &Interval)
         return relation.verdict(difference);
     }
     let minus = |value: Option<f64>| value.map(|value| -value);
-    // Negated, the upper bound is the lower one.
+    // An upper bound is a lower one when it is negated.
     let (low, high) = (minus(difference.high), minus(difference.low));
     relation.verdict(&Interval { estimate: -difference.estimate, low, high })
 }

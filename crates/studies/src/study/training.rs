@@ -48,7 +48,7 @@ impl Training<'_> {
             // A resumed training was timed in part: its full duration follows from its speed, if there is one.
             let speed = (summary.samples > 0).then_some(summary.samples_per_second);
             let seconds = speed.map(|speed| self.samples as f64 / speed);
-            // Last: a process that is killed before it leaves a training that goes on.
+            // The mark comes last: a process that is killed before leaves a training that goes on.
             write_result(&self.run.join(TRAINED), &Trained { seconds })?;
             Ok(speed)
         })

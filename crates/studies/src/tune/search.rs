@@ -124,7 +124,7 @@ impl Search<'_> {
 
     /// The trials of a rung. None while a trial of the rung before it has no result.
     fn entrants(&self, rung: usize) -> Result<Option<Vec<u64>>> {
-        // From stored results alone, so that all shards come to the same trials.
+        // They follow from stored results alone, so that all shards come to the same trials.
         let mut entrants: Vec<u64> = (0..self.args.trials).collect();
         for before in 0..rung {
             let mut scored = Vec::new();

@@ -50,7 +50,7 @@ impl<'a> TrialConfigs<'a> {
         let start_from = args.start_from.as_deref().map(checkpoint_path).transpose()?;
         let config = args.study.config(&args.config);
         let (task, base) = experiment(&config, start_of(start_from.as_deref()))?;
-        // By way of TOML, since a field is known by its dotted name alone.
+        // TOML is the way to a field that is known by its dotted name alone.
         let base_values = toml::from_str(&base.to_toml()?).context("the config as TOML")?;
         let configs = Self { config, start_from, space, base, task, base_values };
         for parameter in space.parameters() {

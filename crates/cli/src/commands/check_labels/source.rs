@@ -180,7 +180,7 @@ fn logged(path: &Path, image_size: Option<SensorSize>, transposed: bool) -> Resu
 /// Whether a parent folder has the name of an eH3.6M clip.
 fn is_clip(path: &Path) -> bool {
     let above = path.ancestors().filter_map(|folder| folder.file_name()?.to_str());
-    // The log, its folder and the clip's: names further up are those of the user.
+    // Names further up than the folder of the clip are those of the user.
     above.take(3).any(|name| name.parse::<ClipName>().is_ok())
 }
 

@@ -78,7 +78,7 @@ mod sdk {
 
     impl Points {
         fn push(&mut self, at: [f32; 2]) {
-            // A ring: beyond the bound, the oldest point gives way.
+            // This is a ring: beyond the bound, the oldest point gives way.
             match self.px.get_mut(self.count % MAX_POINTS) {
                 Some(old) if self.count >= MAX_POINTS => *old = at,
                 _ => self.px.push(at),

@@ -121,7 +121,7 @@ impl WindowReader {
         for k in 0..schedule.count {
             let end = schedule.end_of(k);
             while read_to < end.min(schedule.end) {
-                // In short steps: a window of minutes would need all of its events in memory.
+                // Steps are short, since a window may be longer than its events fit the memory.
                 let window =
                     TimeWindow { start: read_to, end: (read_to + STEP).min(end).min(schedule.end) };
                 self.windows.read(window, &mut events)?;

@@ -120,7 +120,7 @@ fn levels(model: &SensorModel) -> Vec<f64> {
 
 /// The trace as CSV in long form: one line per sample or event.
 fn csv(trace: &Trace) -> String {
-    // A line each, since events and samples have times of their own.
+    // Events and samples have times of their own, so that columns would have gaps.
     let mut text = "t_s,signal,value\n".to_owned();
     let mut add = |name: &str, points: &[(f64, f64)]| {
         for (t_s, value) in points {

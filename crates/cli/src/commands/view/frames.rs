@@ -53,7 +53,7 @@ impl FrameReader {
         let origin = windows.start().with_context(|| format!("{}: no events", input.display()))?;
         let sensor = windows.sensor();
         let (start, end) = span(args, origin, &mut windows)?;
-        // Never 0: more frames than microseconds would all end at one time.
+        // It is never 0, or more frames than microseconds would all end at one time.
         let every = Micros(((end.0 - start.0) / i64::from(frames)).max(1));
         let length = Micros::from_seconds(args.window_ms * 1e-3);
         let window = StreamWindow::new(sensor, length, ChannelOrder::OffFirst)?;
@@ -151,7 +151,7 @@ impl RenderedFrames {
     pub(super) fn take(mut reader: FrameReader) -> Result<Self> {
         let mut frames = Vec::new();
         let (palette, origin) = (reader.palette, reader.origin);
-        // Taken out of the reader, all of which `play` borrows.
+        // The overlay is taken out of the reader, all of which `play` borrows.
         let overlay = std::mem::take(&mut reader.overlay);
         // Two planes are drawn as polarities.
         let keys = overlay.keys(reader.representation.channels() == 2);

@@ -109,7 +109,7 @@ fn evaluate(
     data: &Path,
     outputs: &Outputs<'_>,
 ) -> Result<()> {
-    // First, since its load of the machine is that before the evaluation.
+    // It holds the load of the machine, which has to be that before the evaluation.
     let provenance = Provenance::this();
     let checkpoint = &model.checkpoint;
     let options = BodyPredictorOptions {
@@ -169,7 +169,7 @@ fn evaluate(
         people::of_predictions(checkpoint, &evaluated, path)?;
     }
     write_json(outputs.json, &report)?;
-    // Last, so that an error of drawing does not cost the scores.
+    // The figure comes last, so that an error of drawing does not cost the scores.
     if let Some(path) = outputs.curves {
         draw(path, &report)?;
     }

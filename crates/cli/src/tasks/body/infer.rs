@@ -51,7 +51,7 @@ pub(super) fn run(model: &BodyNetwork, args: &InferArgs, own: &BodyInferArgs) ->
     let opening = args.opening.options_with_sensor(events)?;
     let stride_ms = args.stride_ms.unwrap_or(checkpoint.config.evaluation.every_ms);
     let step = Micros(1_000 * i64::from(stride_ms.max(1)));
-    // A closure, since propagated poses take a second pass over the recording.
+    // Propagated poses take a second pass over the recording, which opens it again.
     let open = |propagation: Option<&PropagationConfig>| -> Result<BodyRecording> {
         let windows = Windows::open(events, &opening)?;
         let calibration = Calibration::choose(own.own.camera.as_deref(), windows.sensor())?;

@@ -83,7 +83,7 @@ pub(super) fn run(model: &HandNetwork, args: &EvalArgs, own: &HandEvalArgs) -> R
             bail!("--conditions names `{}` twice", condition.name);
         }
     }
-    // Out here, or the directory would be removed at the end of the match.
+    // It outlives the match, or the directory would be removed before it is used.
     let scratch;
     let out: &Path = match &own.out {
         Some(out) if out.read_dir().is_ok_and(|mut entries| entries.next().is_some()) => {

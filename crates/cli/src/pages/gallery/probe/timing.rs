@@ -98,7 +98,7 @@ pub(super) fn stamp_error(variants: &[Variant], seed: u64) -> Result<Shown> {
     let mut charts = Vec::new();
     for variant in variants {
         let found = by_pixel(&scene.show(&variant.model, seed)?, scene.size());
-        // Pixel by pixel, since the effect may change the order of the whole stream.
+        // Pixels are compared one by one, since the effect may change the order of the stream.
         let pairs = expected.iter().zip(&found).flat_map(|(a, b)| a.iter().zip(b));
         let error = |(a, b): (&Event, &Event)| (a.t.0 as f64 * 1e-3, (b.t.0 - a.t.0) as f64);
         let points: Vec<(f64, f64)> = thin(pairs.map(error).collect(), DOTS);
