@@ -48,6 +48,7 @@ impl<'a> Runner<'a> {
             Self::Burn(forward, device) => {
                 let data = TensorData::new(values.to_vec(), input);
                 let windows = Tensor::<4>::from_data(data, *device);
+                // The input is on the device by now, as that of the engine is in memory.
                 let started = Instant::now();
                 forward(windows);
                 started.elapsed().as_secs_f64() * 1e3

@@ -170,6 +170,7 @@ fn named(command: &Command, matches: &ArgMatches) -> Vec<Named> {
         for value in matches.get_raw(id).into_iter().flatten() {
             let text = value.to_string_lossy();
             let parts = text.split(',').filter_map(|part| part.split_once('='));
+            // An output is one path, whatever signs its name has.
             let behind = parts.map(|(_, path)| path.into()).filter(|_| !is_output);
             let paths = std::iter::once(PathBuf::from(value)).chain(behind);
             for path in paths {

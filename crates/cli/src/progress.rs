@@ -112,6 +112,7 @@ impl TermLike for LogLines {
 
     fn flush(&self) -> std::io::Result<()> {
         let mut state = self.state();
+        // What is drawn while no line is due would be out of date in the next one.
         let text = std::mem::take(&mut state.text);
         if state.last.elapsed() >= self.every && !text.trim().is_empty() {
             state.last = Instant::now();
@@ -143,6 +144,7 @@ pub fn training_bar(label: &str) -> (ProgressBar, ProgressCallback) {
 /// A status line; where standard error is no terminal, a line of it every ten seconds.
 pub fn spinner() -> ProgressBar {
     let spinner = drawn(ProgressBar::new_spinner(), "{spinner} {msg}", "{msg} ({elapsed})");
+    // Messages come seldom, and without ticks the spinner would stand still.
     spinner.enable_steady_tick(Duration::from_millis(100));
     spinner
 }

@@ -87,6 +87,7 @@ pub fn count<T>() -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 
 where
     T: FromStr + PartialOrd + Display + Clone + Send + Sync + From<u8> + TryFrom<u32> + 'static,
 {
+    // What does not hold a million is an integer of bytes, whose largest value serves.
     let most = T::try_from(1_000_000).unwrap_or_else(|_| T::from(u8::MAX));
     within(T::from(1)..=most)
 }

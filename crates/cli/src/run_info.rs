@@ -79,6 +79,7 @@ fn check_origin(dir: &Path, seed: u64) -> Result<()> {
         std::fs::read_to_string(&path).with_context(|| format!("reading {}", path.display()))?;
     let there: toml::Table =
         toml::from_str(&text).with_context(|| format!("reading {}", path.display()))?;
+    // The commit counts as well: another build may draw other random values.
     for (key, here) in origin(seed)? {
         if there.get(&key) != Some(&here) {
             bail!(

@@ -191,6 +191,7 @@ impl SceneSource {
                 most / fps
             );
         }
+        // Light is interpolated from frame to frame, for which there have to be two.
         Ok((wanted.min(most) as u64).clamp(2, frames.max(2)))
     }
 }
@@ -240,6 +241,7 @@ pub(crate) fn whole(path: &Path) -> Result<PathBuf> {
         return Ok(path.to_owned());
     }
     let name = path.to_string_lossy();
+    // The index of a sequence is no part of the name of its config.
     let name = name.split('#').next().unwrap_or_default();
     if configs::CONFIGS.find(name).is_some() && !Path::new(name).exists() {
         return Ok(path.to_owned());

@@ -43,6 +43,7 @@ pub fn sensor(name: &str) -> Result<NamedSensor> {
     }
     let text = std::fs::read_to_string(path).with_context(|| format!("reading {name}"))?;
     let config = SensorConfig::from_toml(&text).with_context(|| name.to_owned())?;
+    // Its maps lie relative to the file, wherever the program runs.
     let config = config.relative_to(path.parent().unwrap_or(Path::new("")));
     Ok(NamedSensor { name: name.to_owned(), origin: format!("Read from {name}."), config })
 }

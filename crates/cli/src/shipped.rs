@@ -47,6 +47,7 @@ pub fn card_of(bytes: &[u8]) -> Option<String> {
 pub fn checkpoint_path(given: &Path) -> Result<PathBuf> {
     let program = env::current_exe().unwrap_or_default();
     let data = env::var_os(DATA).map(PathBuf::from);
+    // The working folder comes first, so that a checkout has its own networks.
     let here = std::iter::once(Path::new(""));
     let path = path_below(given, here.chain(program.ancestors().skip(1)).chain(data.as_deref()));
     if path.exists() {
@@ -95,6 +96,7 @@ const NO_DATA: &str =
 
 fn path_below<'a>(given: &Path, directories: impl Iterator<Item = &'a Path>) -> PathBuf {
     let is_name = given.components().count() == 1 && given.extension().is_none();
+    // What is there wins over a shipped network of the same name.
     if given.exists() || !is_name {
         return given.to_owned();
     }
@@ -121,6 +123,7 @@ fn user_data() -> Option<PathBuf> {
 fn unpack(network: &EmbeddedNetwork, data: &Path) -> Result<PathBuf> {
     let directory = data.join(env!("CARGO_PKG_VERSION")).join(CHECKPOINTS);
     let path = directory.join(network.name).with_extension("bpk");
+    // A file that was damaged since is written again.
     if fs::read(&path).is_ok_and(|bytes| bytes == network.bytes) {
         return Ok(path);
     }

@@ -18,6 +18,7 @@ pub fn check_threads() -> Result<()> {
     let wanted = available_parallelism().map_or(1, usize::from) + MORE;
     let gate = Mutex::new(());
     scope(|scope| {
+        // All wait at the gate, so that they are alive at the same time.
         let closed = gate.lock().unwrap_or_else(PoisonError::into_inner);
         for started in 0..wanted {
             Builder::new().spawn_scoped(scope, || drop(gate.lock())).with_context(|| {

@@ -68,6 +68,7 @@ pub(super) fn run(args: &BenchAccuracyArgs) -> Result<()> {
         let provenance = Provenance::this();
         let scratch = tempfile::tempdir().context("a directory for recordings")?;
         let prepared = set.prepare(args, scratch.path())?;
+        // This precedes any evaluation: a foreign set that was opened must yield no further scores.
         let path = match set {
             SetName::Foreign => foreign_path(args, &provenance.version, &prepared.digest)?,
             set => args.out.join(format!("{}.json", set.word())),
@@ -111,6 +112,7 @@ fn evaluated(checkpoint: &Path, set: &Prepared, scratch: &Path) -> Result<Option
     let json_word = json.to_string_lossy();
     let path_word = path.to_string_lossy();
     let own = ["--checkpoint", &path_word, "--json", &json_word];
+    // The command's own parser reads them, so that the stored line reproduces the result.
     let arguments: EvalArgs = parsed(words.iter().map(String::as_str).chain(own))?;
     model.evaluate(&arguments)?;
     let text = std::fs::read_to_string(&json).context("reading the result")?;

@@ -57,6 +57,7 @@ impl MachineLimits {
 
 /// Bytes that a copy reads and writes in a second, in 1e9.
 fn bandwidth_gb_per_s(threads: usize) -> f64 {
+    // The source is ones: untouched zeros are all mapped to one page, which a cache holds.
     let from = vec![1_u8; COPIED];
     let mut to = vec![0_u8; COPIED];
     let share = COPIED.div_ceil(threads);

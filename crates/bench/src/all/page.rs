@@ -124,6 +124,7 @@ fn beside_peers(figures: &[Figure]) -> Result<Option<String>> {
     let mut rows = Vec::new();
     for figure in figures {
         for (index, peer) in figure.peers.iter().enumerate() {
+            // Only the first bar of a work has its label, so that the bars below read as its group.
             let label = if index == 0 { figure.work.clone() } else { String::new() };
             let colour = if peer.ratio >= 1.0 { palette(0) } else { SLOWER };
             let note = format!("{} {:.2}", peer.name, peer.ratio);

@@ -35,11 +35,13 @@ fn score(checkpoint: &BodyCheckpoint, mut scenes: BodyConfig, sensor: SensorSize
         .vertical_fov_deg
         .map(|degrees| covering_fov_deg(sensor, f64::from(degrees)) as f32);
     let directory = tempfile::tempdir().context("a directory for the recordings")?;
+    // The recording ends with a check against this file.
     run_info::write_shared(directory.path(), &scenes)?;
     recorded::record_people_of(&scenes, directory.path(), Shard::WHOLE)?;
     let recordings = BodyRecordings::open(directory.path())?;
     let predictor = BodyPredictor::new(checkpoint, BodyPredictorOptions::default(), None)?;
     let every = Micros(1_000 * i64::from(checkpoint.config.evaluation.every_ms));
+    // The evaluation takes one, but its scores are not used here.
     let mean = checkpoint.mean_pose.unwrap_or_default();
     let progress = bar("evaluating", recordings.files.len() as u64, "recordings");
     let advance = |done| progress.inc(done);

@@ -17,6 +17,7 @@ pub(super) fn scenes(checkpoint: HandCheckpoint, args: &BenchCamerasArgs) -> Res
     scenes.seed = args.seed;
     scenes.simulation.sequences = args.sequences;
     scenes.simulation.seconds = args.seconds;
+    // A scale would shrink every sensor, and their sizes are what is compared.
     scenes.simulation.image_scale = 1.0;
     let native = canonical_view(&checkpoint.config).sensor;
     let score = move |sensor| score(&checkpoint, scenes.clone(), sensor);

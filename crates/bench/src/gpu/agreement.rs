@@ -66,6 +66,7 @@ fn images(network: &Network, device: &Device) -> Tensor<4> {
 }
 
 fn outputs(name: &str, device: &Device) -> Result<Vec<f64>> {
+    // With initial variances of 1, activations vanish with depth, and any two devices agree.
     let network = match Network::untrained(name, WIDTH, SEED, device)? {
         Network::Hand(hand) => Network::Hand(Box::new(with_matched_variances(*hand))),
         Network::Body(body) => Network::Body(Box::new(with_matched_variances(*body))),

@@ -165,11 +165,13 @@ fn all(args: &BenchGpuArgs) -> Result<()> {
         steps: Vec::new(),
     };
     let path = args.out.join(RESULTS);
+    // A run that dies in its first step still lists its devices.
     write_result(&path, &report)?;
     let is_wanted = |step: &Step| {
         args.only.is_empty() || args.only.iter().any(|name| step.name.starts_with(name.as_str()))
     };
     for step in plan.steps().into_iter().filter(is_wanted) {
+        // When the time is over, a step ends at once and is still listed.
         let left = deadline.saturating_duration_since(Instant::now());
         report.steps.push(step.run(&parts, left)?);
         report.cases = plan::cases(&report.steps);
@@ -179,6 +181,7 @@ fn all(args: &BenchGpuArgs) -> Result<()> {
     if let (Some(run), Some(data)) = (&args.resume, &args.data) {
         let left = deadline.saturating_duration_since(Instant::now());
         let (device, way) = plan::fastest(&report.steps);
+        // Paths have to be absolute, since the step runs in the folder of its parts.
         let step = Step::training(&absolute(run)?, &absolute(data)?, &device, way);
         report.steps.push(step.run(&parts, left)?);
         write_result(&path, &report)?;

@@ -90,6 +90,7 @@ impl Plan<'_> {
             steps.push(self.training_step(device, OTHERS[1], 45.0));
             steps.push(self.inference(device, OTHERS[2], 30.0));
         }
+        // Agreement of the other way comes last, since it is not the way that is used.
         steps.extend(self.devices.iter().map(|device| self.agreement(device, OTHERS[0])));
         steps
     }
@@ -172,6 +173,7 @@ impl Plan<'_> {
     fn cpu_training(&self) -> Vec<Step> {
         let (config, steps) = (self.config(), if self.small { 1 } else { 4 });
         let mut counts = self.threads();
+        // The most threads come first: time may run out, and one thread takes the longest.
         counts.reverse();
         let of = |(k, threads): (usize, &usize)| {
             // The largest batch with all threads alone.
@@ -183,6 +185,8 @@ impl Plan<'_> {
             };
             let lines: Vec<String> = batches.iter().map(line).collect();
             let mut step = Step::series(TRAINING_STEP, "flex", "kernels", 25.0, &lines);
+            // Steps differ by threads alone: their files would overwrite each other without these.
+            // Lines stand at index 3 and at every second one, behind `bench gpu --series`.
             for (file, argument) in
                 step.files.iter_mut().zip(step.arguments.iter_mut().skip(3).step_by(2))
             {

@@ -41,6 +41,7 @@ impl std::fmt::Display for Finished {
         let Self { name, device, way, seconds, outcome, results, .. } = self;
         write!(f, "{name} {device} {way}: {outcome} in {seconds:.1} s, {} results", results.len())?;
         if *outcome != "done" {
+            // What a process prints last says why it failed.
             for line in self.last_lines.iter().rev().take(6).rev() {
                 write!(f, "\n         | {line}")?;
             }
@@ -57,6 +58,7 @@ impl Step {
     pub(super) fn run(self, parts: &Path, left: Duration) -> Result<Finished> {
         let limit = Duration::from_secs_f64(self.limit_s).min(left);
         let log = parts.join("log.txt");
+        // A full pipe would block the process, which nobody reads while it runs.
         let out = File::create(&log).with_context(|| format!("creating {}", log.display()))?;
         for file in &self.files {
             // Of an earlier run.
@@ -66,6 +68,7 @@ impl Step {
         let started = Instant::now();
         let mut child = Command::new(program)
             .args(&self.arguments)
+            // A process reads the way once: another way takes another process.
             .env("EVPOSE_GPU_CONVOLUTION", self.way)
             .envs(self.environment.iter().copied())
             .current_dir(parts)
@@ -80,11 +83,13 @@ impl Step {
             }
             if started.elapsed() >= limit {
                 child.kill()?;
+                // It is waited for, so that the next step has the device for itself.
                 child.wait()?;
                 break "out of time";
             }
             std::thread::sleep(POLL);
         };
+        // A file that was cut off when time was over does not parse, and counts as missing.
         let results = self
             .files
             .iter()

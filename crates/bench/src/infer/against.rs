@@ -156,6 +156,7 @@ fn burst_ms(mut run: impl FnMut() -> Result<()>) -> Result<f64> {
 /// Median over pairs of their time over ours.
 fn ratio(ours: &[f64], theirs: &[f64]) -> Interval {
     let ratios: Vec<f64> = theirs.iter().zip(ours).map(|(theirs, ours)| theirs / ours).collect();
+    // Pairs are resampled, not bursts: both bursts of a pair met the same machine.
     bootstrap(ratios.len(), &BootstrapConfig::default(), |drawn| {
         median(drawn.iter().map(|pair| ratios[*pair]).collect())
     })

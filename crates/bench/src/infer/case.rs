@@ -130,6 +130,7 @@ impl Setting<'_> {
             p99_ms: nearest_rank(&sorted_ms, 0.99),
             mean_ms,
             min_ms: sorted_ms[0],
+            // Throughput includes the slow runs, hence the mean and not the median.
             windows_per_second: self.args.batch as f64 * 1e3 / mean_ms,
             gflop_per_s: None,
             of_peak: None,

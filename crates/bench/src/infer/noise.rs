@@ -30,6 +30,7 @@ impl Noise {
         let mut sorted = times_ms.to_vec();
         sorted.sort_by(f64::total_cmp);
         let (first, second) = times_ms.split_at(times_ms.len() / 2);
+        // Medians are compared, since an outlier in one half is no drift.
         let drift = if first.is_empty() { 0.0 } else { median(second) / median(first) - 1.0 };
         Self { times: times_ms.len(), outliers: outlier_count(&sorted), drift }
     }

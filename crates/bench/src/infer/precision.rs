@@ -18,6 +18,7 @@ pub(super) fn compiled(network: &Network, options: EngineOptions, seed: u64) -> 
         return Ok(Engine::compile(graph, *input, options)?);
     }
     let whole = options.with_precision(Precision::F32);
+    // Layers that are fused into a chain leave no values that could be observed.
     let mut engine = Engine::compile(graph, *input, whole.layer_by_layer())?;
     let mut ranges = CalibrationRanges::new(graph);
     for image in 1..=IMAGES {

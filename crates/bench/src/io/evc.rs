@@ -89,6 +89,7 @@ fn record_by_record(path: PathBuf) -> Run {
         frames.clear();
         loop {
             let mut filled = 0;
+            // A read may return less than it was asked for, and a record must not be cut in two.
             while filled < block.len() {
                 let read = file.read(&mut block[filled..])?;
                 if read == 0 {
@@ -127,6 +128,7 @@ fn make(stem: &Path, frames: u64, events_per_frame: u32) -> Result<u64> {
             let x = rng.below(usize::from(SENSOR.width)) as u16;
             let y = rng.below(usize::from(SENSOR.height)) as u16;
             let polarity = Polarity::from_on(rng.below(2) == 1);
+            // The format stores no times: all events of a frame share its millisecond.
             stream.push(Event { t: Micros(0), x, y, polarity })?;
         }
         events.frame(&stream)?;

@@ -27,6 +27,7 @@ pub(super) fn cases(folder: &Path, count: usize) -> Result<Vec<Case>> {
             format.write(&path, &events)?;
             cases.push(case(&path, &events)?);
         }
+        // Decompression is a part of reading AEDAT 4, so that each kind is a case of its own.
         for (name, compression) in
             [("none", Compression::None), ("lz4", Compression::Lz4), ("zstd", Compression::Zstd)]
         {

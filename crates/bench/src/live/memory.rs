@@ -26,6 +26,7 @@ impl MemorySamples {
     /// The summary; none on systems without `/proc`.
     pub(super) fn memory(&self) -> Option<Memory> {
         let &(all, end_mib) = self.samples.last()?;
+        // Buffers grow at first: from here on, growth is a leak.
         let settled = self.samples.iter().position(|(events, _)| 10 * events >= all)?;
         let later = &self.samples[settled..];
         let max_mib = later.iter().map(|(_, mib)| *mib).fold(0.0, f64::max);

@@ -158,6 +158,7 @@ impl<'a> Bench<'a> {
             memory,
         };
         say(row.line());
+        // The clock of a replay that is set back offers fewer events than the row says.
         if row.report.slipped_us > 0 {
             let slipped_s = 1e-6 * row.report.slipped_us as f64;
             say(format!(
@@ -192,6 +193,7 @@ impl<'a> Bench<'a> {
         let control = Control::default();
         let live = LiveOptions {
             propagate_hz,
+            // Strides grow with the speed, so that inputs per second of host time stay the same.
             stride: Micros((1e3 * speed.min(1e3)).round().max(1.0) as i64),
             max_events: 1 << 23,
             ..LiveOptions::default()
@@ -210,6 +212,7 @@ impl<'a> Bench<'a> {
                 samples
             });
             let ran = stream.run(Box::new(source), &mut Sinks::new(), &live, &control);
+            // The scope waits for the sampler, which would never end after an error.
             control.stop();
             let samples = sampler.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
             ran.map(|report| (report, samples))

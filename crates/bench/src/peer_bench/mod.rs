@@ -129,6 +129,7 @@ pub(crate) fn time(cases: Vec<Case>, passes: usize) -> Result<Vec<CaseResult>> {
         let mut times_s = vec![Vec::new(); 1 + case.peers.len()];
         // The first pass fills caches and allocates reused buffers; it is not timed.
         for pass in 0..=passes.max(1) {
+            // Ours and the peers alternate, so that drift of the machine favours nobody.
             let others = case.peers.iter_mut().map(|(_, run)| run);
             for (run, times_s) in [&mut case.run].into_iter().chain(others).zip(&mut times_s) {
                 let begin = Instant::now();

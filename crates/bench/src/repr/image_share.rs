@@ -67,6 +67,7 @@ fn measure_one(name: &'static str, window: &EventStream, passes: usize) -> Resul
     let (mut updates_s, mut images_s) = (Vec::new(), Vec::new());
     // The first pass fills the window; it is not timed.
     for pass in 0..=passes.max(1) {
+        // Each pass is a window later: the events of the last one have to leave, as in a stream.
         let packets = packets(window, Micros(pass as i64 * WINDOW.0))?;
         let begin = Instant::now();
         packets.iter().for_each(|packet| running.push(packet));

@@ -112,6 +112,7 @@ pub(crate) fn figures(args: &BenchSensorArgs) -> Result<Vec<Figure>> {
 }
 
 fn measure_all(args: &BenchSensorArgs) -> Result<Report> {
+    // A mistake in --peer is reported before minutes of measurements.
     let peers = args.peer.iter().map(|text| Peer::parse(text)).collect::<Result<Vec<_>>>()?;
     let frames = scene::frames();
     let worth = sensor_threads(scene::SIZE);
@@ -131,6 +132,7 @@ fn measure_all(args: &BenchSensorArgs) -> Result<Report> {
     ));
     let folder = tempfile::tempdir().context("making a folder for the frames of peers")?;
     let file = folder.path().join("frames.npy");
+    // Peers get the code values that our frames were made of.
     let codes: Vec<Vec<u8>> = (0..scene::FRAMES).map(scene::codes).collect();
     write_codes(&file, scene::SIZE, &codes)?;
     for (setting, config) in [("thresholds", scene::thresholds()), ("all", scene::all())] {

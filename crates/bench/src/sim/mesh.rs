@@ -32,6 +32,7 @@ pub(super) fn refined(mut model: BodyModel, vertices: usize) -> BodyModel {
             model.faces.push(face.map(|v| if v == edge.0 { middle } else { v }));
             let opposite = face.into_iter().find(|v| *v != edge.0 && *v != edge.1);
             let opposite = opposite.unwrap_or(middle);
+            // The outer edge at the replaced end borders the new face from here on.
             let outer = ordered(edge.1, opposite);
             if let Some(faces) = around.get_mut(&outer) {
                 faces.iter_mut().filter(|face| **face == number).for_each(|face| *face = added);
@@ -41,6 +42,7 @@ pub(super) fn refined(mut model: BodyModel, vertices: usize) -> BodyModel {
         }
         let added = model.faces.len();
         around.insert(ordered(edge.0, middle), [one, other]);
+        // Both faces were split by now, and their new halves are the last two of the list.
         around.insert(ordered(edge.1, middle), [added - 2, added - 1]);
         for half in [ordered(edge.0, middle), ordered(edge.1, middle)] {
             longest.push((length(&model, half), half));
@@ -71,6 +73,7 @@ fn halve(model: &mut BodyModel, (a, b): (u32, u32)) -> u32 {
     model.shape_directions_m.iter_mut().for_each(middle);
     let uv: Vec2 = 0.5 * (model.uvs[a] + model.uvs[b]);
     model.uvs.push(uv);
+    // Weights of both ends are summed, and `strongest` scales the sum to one.
     let mut shares = vec![0.0; model.parents.len()];
     for (joint, weight) in model.skin[a].iter().chain(model.skin[b].iter()) {
         shares[joint] += weight;

@@ -119,6 +119,7 @@ fn measure_all(args: &BenchSimArgs) -> Result<Report> {
     let (sequences, seconds) = if args.quick { QUICK } else { (args.sequences, args.seconds) };
     config.simulation.sequences = sequences as usize;
     config.simulation.seconds = seconds;
+    // Sequences and seconds are not those of the file, whose check says nothing of them.
     config.simulation.validate()?;
     // A disk of the user's choice: writing is a part of the time.
     let scratch = match &args.scratch {

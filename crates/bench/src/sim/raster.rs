@@ -49,6 +49,7 @@ pub(super) fn measure(config: &SimulationConfig, model: &BodyModel) -> Vec<Raste
             if round > 0 {
                 times_us[who].push(us);
             } else {
+                // Counting draws every pose once more, and must not disturb a timed round.
                 covered[who] = views
                     .iter()
                     .map(|vertices_m| {
@@ -160,6 +161,7 @@ impl Draw for Plain<'_> {
     fn draw(&mut self, vertices_m: &[Vec3]) {
         let (width, height) = (f32::from(self.size.width), f32::from(self.size.height));
         self.faces.fill(u32::MAX);
+        // The value 0 is 1/w of an infinitely far point, and everything is nearer.
         self.depth.fill(0.0);
         self.screen.clear();
         self.screen.extend(vertices_m.iter().map(|&vertex_m| {

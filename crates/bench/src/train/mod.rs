@@ -147,6 +147,7 @@ fn of_hand(args: &BenchTrainArgs, config: &HandConfig, device: &Device) -> Resul
     let input = [args.batch, 2, usize::from(sensor.height), usize::from(sensor.width)];
     let windows = images(input, config.seed, 1.0, device);
     let outputs = config.network.rotation.outputs();
+    // The seed differs from that of the windows, whose values poses must not repeat.
     let poses = latency::windows([args.batch, outputs, 1, 1], config.seed ^ 1);
     let poses = TensorData::new(poses, [args.batch, outputs]);
     let poses = Tensor::<2>::from_data(poses, device);
@@ -166,6 +167,7 @@ fn of_body(args: &BenchTrainArgs, config: &HandConfig, device: &Device) -> Resul
     let input = [args.batch, channels, height, width];
     let windows = images(input, config.seed, brightest, device);
     let target = |map: Tensor<4>| images(map.dims(), config.seed ^ 1, 1.0, device);
+    // Only a forward pass shows the sizes of the maps, which their targets share.
     let targets = network.forward(windows.clone()).into_array().map(target);
     Ok(measured(args, config, input, *network, |network| {
         let maps = network.forward(windows.clone()).into_array().into_iter();

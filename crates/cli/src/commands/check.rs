@@ -202,6 +202,7 @@ fn changes(findings: &Findings, counts: &RateFindings, named: &str) -> Vec<Chang
     if findings.events > 1 && findings.step_us.is_none() {
         add("all events have one time stamp: store times with more digits".to_owned(), None);
     }
+    // Only the part that fires counts, since a recording may be a crop of its sensor.
     let pixels = findings.columns.zip(findings.rows).map_or(0, |((left, right), (top, bottom))| {
         usize::from(right - left + 1) * usize::from(bottom - top + 1)
     });

@@ -103,6 +103,7 @@ impl Cut {
         let start = args.from.map_or(Micros(i64::MIN), after);
         let end = args.to.map_or(Micros(i64::MAX), after);
         ensure!(start < end, "--from lies behind --to");
+        // Without --from, the cut starts at the smallest time there is, which is no origin.
         let origin = if start < first { first } else { start };
         let is_zeroed = args.recording.opening.zero_time;
         let shift = if is_zeroed { Micros(0) - origin } else { Micros(0) };

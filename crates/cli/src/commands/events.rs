@@ -52,6 +52,7 @@ pub struct EventsArgs {
 
 /// Runs `evpose events`.
 pub fn run(args: &EventsArgs) -> Result<()> {
+    // An unknown ending is an error before anything is simulated.
     let format = format_for(&args.out)?;
     // The extension is appended, not replaced: OUT with `.toml` could be the sensor's file.
     let mut beside = args.out.as_os_str().to_owned();
@@ -139,6 +140,7 @@ impl FrameClock {
 
     /// Time stamp of a step towards a frame: the last step is the frame itself.
     fn at(&self, frame: u64, step: u32) -> Micros {
+        // Steps are counted back from the frame, so that its own time stamp is exact.
         let share = f64::from(self.steps - step) / f64::from(self.steps);
         Micros::from_seconds(match &self.times_s {
             None => (frame as f64 - share) / self.fps,

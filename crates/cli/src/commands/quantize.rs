@@ -59,6 +59,7 @@ pub fn run(args: &QuantizeArgs) -> Result<()> {
     let ranges = calibrate(&model.graph(), model.input_shape(), inputs, observed)?;
     progress.finish_and_clear();
     let path = QuantizationRanges::path(&crate::shipped::checkpoint_path(&args.checkpoint)?);
+    // Ranges are of use without the evaluation, which may be interrupted.
     ranges.write(&path)?;
     say(format!("ranges of all layers: {}", path.display()));
     let Some(data) = &args.evaluate else { return Ok(()) };

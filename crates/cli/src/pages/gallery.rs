@@ -71,6 +71,7 @@ pub struct GalleryOptions<'a> {
 pub fn write(args: &GalleryOptions<'_>) -> Result<()> {
     let entries = chosen(args.only)?;
     let started = std::time::Instant::now();
+    // All sensors are shown the very same light, which is rendered once.
     let hand = hand(args.scale, args.seed)?;
     let progress = bar("drawing", entries.len() as u64, "rows");
     let rows = entries
@@ -217,6 +218,7 @@ fn hand_figure(
     caption: &str,
 ) -> Result<String> {
     let events = bench::watch(model, hand, seed)?;
+    // Planes are a millisecond apart, and the first is at 0: these are the last 30 ms.
     let from = Micros((hand.len() as i64 - 31) * 1_000);
     let image = event_image::events(&events, bench::size_of(hand), from);
     // A sensor that starts in the dark has a burst at time zero.

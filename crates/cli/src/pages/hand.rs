@@ -152,6 +152,7 @@ pub fn strip(
     let sequences = data.sequences();
     let frames: Vec<RgbImage> = (0..STRIP)
         .map(|i| {
+            // Frames are spread evenly over the sequences, of which there may be fewer.
             let sequence =
                 i * sequences.len() / STRIP.min(sequences.len().max(1)) % sequences.len();
             let tracks = shown.iter().map(|(method, colour)| (&method.tracks[sequence], *colour));

@@ -64,6 +64,7 @@ pub fn evaluate_with_baselines(
     stride_ms: u32,
 ) -> Result<HeldOutEvaluation> {
     let mut mean_pose = ConstantPose(mean);
+    // A training draws its initial weights by the same seed of the config.
     let mut before = NetworkPredictor::new(config, untrained(config, device)?, device.clone())?;
     let mut methods = [
         Method { name: "mean_pose", predictor: &mut mean_pose, filtered: None },

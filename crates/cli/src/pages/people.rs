@@ -78,6 +78,7 @@ fn corners(joints_px: &BodyPoints, sensor: SensorSize) -> [Vec2; 2] {
     let joints = || joints_px.iter().flatten().copied();
     match (joints().reduce(Vec2::min), joints().reduce(Vec2::max)) {
         (Some(low), Some(high)) => {
+            // The longer side decides, or upright people would have little room at their sides.
             let margin = MARGIN * (high - low).max_element();
             [low - margin, high + margin]
         }
@@ -113,6 +114,7 @@ pub fn of_predictions(
         let mut reader = RepresentationReader::open(&recording.events, &checkpoint.config.image)?;
         let image = reader.at(Micros::from_seconds(found.t_s), |_| {})?;
         let mut canvas = Canvas::grey(&image, 2);
+        // Both times went through seconds, and may differ in their last digit.
         let after = recording.truth.partition_point(|truth| truth.t_s < found.t_s - 1e-9);
         if let Some(truth) = recording.truth.get(after) {
             canvas.body(&reader.image_points(&truth.joints_px), TRUTH);

@@ -35,6 +35,7 @@ pub fn record_shard_of(
     let progress = bar(what, steps, "steps");
     let run = record_shard(&simulation, dir, shard, &|steps| progress.inc(steps))?;
     progress.finish_and_clear();
+    // Another process may have begun here at the same time, with another config.
     run_info::check_shared(dir, config)?;
     Ok(SimulationSummary {
         sequences: run.sequences.len(),

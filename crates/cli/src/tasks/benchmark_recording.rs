@@ -20,6 +20,7 @@ pub(crate) fn of_body(folder: &Path, rate: f64) -> Result<PathBuf> {
         sensor_size: VGA,
         sequences: 1,
         seconds: SECONDS,
+        // A camera that moves makes events all over the image, as busy recordings have them.
         moving_cameras: 1.0,
         activities: vec!["boxing".to_owned()],
         ..PeopleConfig::default()
@@ -67,6 +68,7 @@ fn write(folder: &Path, events: &EventStream, rate: f64) -> Result<PathBuf> {
         left -= 1;
     }
     let more = wanted - all.len();
+    // Noise is spread evenly, so that the rate is reached in every part of the recording.
     all.extend((0..more).map(|k| Event {
         t: SETTLED + Micros((k as f64 / more as f64 * (end - SETTLED).0 as f64) as i64),
         x: rng.below(usize::from(sensor.width)) as u16,

@@ -61,6 +61,7 @@ fn write_curves<T>(
     run: &Path,
     span: TrainingSpan,
 ) -> Result<Option<PathBuf>> {
+    // After other errors, a history that is there may be that of an earlier run.
     if !matches!(trained, Ok(_) | Err(TrainError::Stopped(_) | TrainError::Diverged { .. })) {
         return Ok(None);
     }

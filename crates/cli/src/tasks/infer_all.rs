@@ -68,6 +68,7 @@ impl InferenceCounts {
                 "\n  {nobody} poses, or all of their joints, scored below the threshold, {min_score:.3}{best}"
             );
         }
+        // Where something was inferred, events sufficed: only the threshold was in the way.
         let advice = match scores.filter(|_| self.inferred > 0) {
             Some(_) => "set a lower --min-score, if `evpose view` shows somebody".to_owned(),
             None => self.advice(),
@@ -169,6 +170,7 @@ where
     F: StreamFrontend,
     W: InferenceWorker<Input = F::Input, Output = F::Output>,
 {
+    // An unknown ending would waste an inference of an hour.
     let format = format_of(own.format, &args.out)?;
     let latency_ms = |delay_s| args.latency_ms(delay_s);
     let (poses, counts) = infer_rows(recording, &own.events, kind, latency_ms)?;

@@ -102,6 +102,7 @@ fn task_of_checkpoint(checkpoint: &Path) -> Result<Option<&'static dyn PoseTask>
     if let Some(task) = task_of(checkpoint).or_else(|| task_of(&checkpoint.join(BEST))) {
         return task_by_name(&task).map(Some);
     }
+    // A run that was killed has no finished weights, but its config.
     let config = checkpoint.join(CONFIG);
     config.exists().then(|| task_of_config(&config.to_string_lossy())).transpose()
 }
@@ -112,6 +113,7 @@ fn task_of_checkpoint(checkpoint: &Path) -> Result<Option<&'static dyn PoseTask>
 /// If no task can read it, or this build or this machine lacks the device.
 pub fn open(checkpoint: &Path, device: &DeviceArgs) -> Result<Box<dyn PoseModel>> {
     let checkpoint = &checkpoint_path(checkpoint)?;
+    // A misspelt name is reported before a GPU is started for it.
     ensure!(checkpoint.exists(), unknown_checkpoint(checkpoint));
     let device = device.open()?;
     if let Some(task) = task_of_checkpoint(checkpoint)? {

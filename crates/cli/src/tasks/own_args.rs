@@ -106,6 +106,7 @@ pub fn command_of_task(mut command: Command, words: &[OsString]) -> Result<Comma
     };
     let own = task.arguments(of, Command::new("arguments"));
     if let Some(message) = refusal(of, task.name(), &own, matches) {
+        // Only a command that is built shows the usage of its subcommand in an error.
         command.build();
         return Err(match command.find_subcommand_mut(name) {
             Some(command) => command.error(ErrorKind::ArgumentConflict, message),
@@ -146,6 +147,7 @@ fn refusal(of: TaskCommand, task: &str, own: &Command, matches: &ArgMatches) -> 
     let brought = brought(of);
     brought.iter().find_map(|(_, arg)| {
         let id = arg.get_id();
+        // Defaults of other tasks are no choice of the user.
         if matches.value_source(id.as_str()) != Some(ValueSource::CommandLine) {
             return None;
         }

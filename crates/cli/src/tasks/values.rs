@@ -49,6 +49,7 @@ pub fn record_values<C: Experiment>(
     let progress = bar("simulating", unfinished.len() as u64, "sequences");
     for &sequence in &unfinished {
         record(sequence)?;
+        // Sequences are sealed one by one, so that a killed run repeats only the one it was at.
         set.seal(sequence)?;
         progress.inc(1);
     }
@@ -127,6 +128,7 @@ pub trait ValueModel {
         for (index, (events, table)) in files.iter().enumerate() {
             let mut recording = self.open_recording(events, every, &OpenOptions::default())?;
             let at_times = read_values(table, self.layout())?.into_iter();
+            // What is learnt is what is scored: the times at which `infer` has an input.
             for (t, values) in at_times.filter(|(t, _)| t.0 > 0 && t.0 % every.0 == 0) {
                 recording.advance(t)?;
                 let input = recording.stream().frontend.input(t, None);
@@ -219,6 +221,7 @@ pub trait ValueModel {
 fn values_at(labels: &BTreeMap<Micros, Vec<f32>>, t: Micros) -> Option<Vec<f32>> {
     let (before, from) = labels.range(..=t).next_back()?;
     let (behind, to) = labels.range(t..).next()?;
+    // At a label, both are the same one: 0 / 1 leaves its values.
     let part = (t - *before).0 as f32 / (*behind - *before).0.max(1) as f32;
     Some(from.iter().zip(to).map(|(from, to)| from + part * (to - from)).collect())
 }
@@ -236,6 +239,7 @@ fn push_errors(
             let at = |values: &[f32]| Vec2::new(values[index], values[index + 1]);
             (format!("{point}_px"), at(values).distance(at(truth)))
         } else if points.iter().any(|(_, at)| at + 1 == index) {
+            // The second coordinate of a point was counted with its first.
             continue;
         } else {
             ((*name).to_owned(), (values[index] - truth[index]).abs())

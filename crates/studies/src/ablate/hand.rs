@@ -71,9 +71,11 @@ pub(super) fn run(args: &AblateHandArgs) -> Result<()> {
         ));
     }
     for row in &rows {
+        // An invalid row would end the study hours later, after the training of those before it.
         row.config(&base).validate().with_context(|| format!("row {}", row.name))?;
     }
     let seeds = args.seeds.all(base.seed)?;
+    // Only these are trained: without the filter, the network is that of the full method.
     let trained: Vec<&Row> = rows.iter().copied().filter(|row| row.is_filtered()).collect();
     let plan = StudyPlan {
         args: &args.study,
@@ -193,6 +195,7 @@ const SPEED: &[&str] = &["poses_per_s"];
 
 /// The outcome of the rows that have trials; none without the full method.
 fn outcome(rows: &[&'static Row], seeds: &[u64], trials: &Trials<Trial>) -> Option<HandOutcome> {
+    // Every row is compared with it, so that nothing can be said before it is complete.
     let full = trials.get(rows::FULL)?;
     // Rows that differ in evaluation alone share the trials of one network.
     let done: Vec<&Row> =
@@ -218,6 +221,7 @@ fn outcome(rows: &[&'static Row], seeds: &[u64], trials: &Trials<Trial>) -> Opti
             }));
         }
     }
+    // It depends on the training data alone, so that trials of any network would do.
     let mean_pose = full.iter().map(|trial| RowTrial::new(&trial.mean_pose, None)).collect();
     all.push((&MEAN_POSE, mean_pose));
     Some(Outcome::new(seeds, "held-out sequences".to_owned(), all, findings))
@@ -242,6 +246,7 @@ fn curves(
 ) -> Result<Option<StudyTable>> {
     let is_shown = |of: Group| of == group || of == Group::Full;
     let shown: Vec<_> = outcome.rows.iter().filter(|row| is_shown(row.row.group)).collect();
+    // The full method alone would be a chart that compares nothing.
     if shown.len() < 2 {
         return Ok(None);
     }

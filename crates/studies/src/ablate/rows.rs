@@ -196,6 +196,7 @@ fn set_window(config: &mut HandConfig, window_ms: u32) {
     let before = config.representation.window_ms;
     let scaled = |frames: u32| {
         let exact = f64::from(frames) * f64::from(window_ms) / f64::from(before);
+        // An augmented window without a frame would hold no events.
         (exact.round() as u32).max(1)
     };
     config.augmentation.shortest_frames = scaled(config.augmentation.shortest_frames);
@@ -294,6 +295,7 @@ pub(super) fn selected(
         names.is_empty() || of_backbones
     };
     let asked = ROWS.iter().copied().filter(|row| is_named(row) || is_in_group(row));
+    // What is named by itself stays, so that its validation says what is wrong with it.
     asked.partition(|row| is_named(row) || fits(row, base))
 }
 

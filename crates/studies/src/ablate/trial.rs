@@ -159,6 +159,7 @@ impl TrialRun {
     /// Whether its network is finished.
     pub(super) fn is_trained(&self) -> Result<bool> {
         let is_trained = Training::is_finished(&self.run);
+        // It is not trained anew: that would overwrite hours of somebody's training.
         if is_trained && HandConfig::read(&self.run.join(CONFIG))? != self.config {
             bail!(
                 "{} is of another config: remove it, or choose another --out",
@@ -184,6 +185,7 @@ impl TrialRun {
         let input = [1, 2, usize::from(image.height), usize::from(image.width)];
         let mut runner = Runner::usual(&checkpoint.network, input, device)?;
         let times_ms = latency::sorted_ms(&mut runner, input, TIMED, config.seed);
+        // It holds a compiled copy of the weights, which the evaluation does not need.
         drop(runner);
         // Published counts are of full width, at which few are trained here.
         let published = HandRegressorConfig { width: 1.0, ..config.network.clone() };

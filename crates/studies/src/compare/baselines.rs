@@ -67,6 +67,7 @@ pub(crate) fn train(
     let (progress, callback) = training_bar(name);
     let samples = config.training.steps * config.training.batch_size as u64;
     let speed = Training { run: &run, device, samples }.once(callback, |options| {
+        // Frames are read in here, so that a process that waited for another one reads none.
         let frames = baseline_frames(&config, &directory, &|_| {})?;
         Ok(train_baseline(&config, frames, &run, options)?)
     })?;

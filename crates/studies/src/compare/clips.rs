@@ -120,6 +120,7 @@ impl RowScores {
         let mean =
             |of: fn(&ClipScores) -> f64| clips.iter().map(of).sum::<f64>() / clips.len() as f64;
         Self {
+            // Clips weigh alike, so that a long one does not decide.
             pck_20: mean(|clip| clip.pck_20),
             pck_40: mean(|clip| clip.pck_40),
             auc: mean(|clip| clip.auc),
@@ -149,6 +150,7 @@ pub(super) fn run(args: &CompareClipsArgs) -> Result<()> {
     let overrides: Vec<String> =
         FINE_TUNING.iter().map(|&set| set.to_owned()).chain(args.study.overrides.clone()).collect();
     let mut config: BodyConfig = configs::load(&args.config, &overrides)?;
+    // Each row says for itself where its training starts.
     config.start_from = None;
     // The clip left out is what the training validates on: it may not end it.
     config.training.early_stop.window = 0;
@@ -223,6 +225,7 @@ fn rows_of(args: &CompareClipsArgs, config: &BodyConfig, device: &Device) -> Res
     let mut rows = vec![row("from nothing", None, "", true)];
     for start in &args.start {
         let mut path = checkpoint_path(start)?;
+        // The digest is of a file, which a run directory is not.
         if path.is_dir() {
             path = path.join(BEST);
         }
@@ -248,6 +251,7 @@ fn rows_of(args: &CompareClipsArgs, config: &BodyConfig, device: &Device) -> Res
 
 /// Digests of the inputs of a study, whose directory takes no others.
 fn inputs(rows: &[Row], clips: &[Clip]) -> String {
+    // Each start has two rows, unchanged and trained: it is listed once.
     let starts = rows.iter().filter(|row| row.start.is_some() && !row.is_trained);
     let starts = starts.map(|row| format!("start {} {}\n", row.name, row.digest));
     let clips = clips.iter().map(|clip| format!("clip {} {}\n", clip.name, clip.frames.digest()));
@@ -293,6 +297,7 @@ impl ClipStudy<'_> {
         for clip in self.clips.iter().filter(|clip| clip.name != left_out.name) {
             others.append(clip.frames.clone());
         }
+        // Nothing is taken from the clip that the row is evaluated on.
         let mean_pose = others.mean_pose();
         let mut learning_curve = Vec::new();
         let path = match &row.start {

@@ -59,6 +59,7 @@ impl Data {
             Images::Grey if !test_is_simulated(self) => Some(format!(
                 "{test} has no grey frames: they are rendered for directories of `evpose simulate`"
             )),
+            // The mean pose is that of recordings, which a set of images lacks.
             Images::Eros if system.weights != Weights::MeanPose => None,
             _ if *has_images => Some(format!("{test} holds EROS images, not recordings")),
             _ => None,
@@ -127,6 +128,7 @@ impl Data {
     ) -> Result<BodyFrames> {
         let data = self.test(study, stages, set)?;
         let held_out = set.config(stages);
+        // The noise before a recording is drawn by the seed: not by that of the training.
         (experiment.seed, experiment.simulation) = (held_out.seed, held_out.simulation);
         recorded::frames(&experiment, &data).with_context(|| format!("reading {}", data.display()))
     }

@@ -129,6 +129,7 @@ impl TrainingQueue<'_> {
             let Some((chain, stages)) = next else { return Ok(()) };
             for network in chain {
                 if let Err(error) = self.train(network, stages) {
+                    // Others finish the training at hand, which a later start finds.
                     self.queue.lock().unwrap_or_else(PoisonError::into_inner).clear();
                     return Err(error);
                 }
@@ -151,6 +152,7 @@ impl TrainingQueue<'_> {
         })?;
         let minutes = began.elapsed().as_secs_f64() / 60.0;
         let speed = trained.map_or_else(String::new, |speed| format!(", {speed:.0} images/s"));
+        // The bar is suspended, or it would be drawn into the line.
         self.progress.suspend(|| {
             say(format!("    {}, seed {seed}: trained in {minutes:.1} min{speed}", network.name()));
         });
@@ -161,6 +163,7 @@ impl TrainingQueue<'_> {
         let (bar, counted) = (self.progress.clone(), Mutex::new(0));
         ProgressCallback::new(move |progress| {
             let mut counted = counted.lock().unwrap_or_else(PoisonError::into_inner);
+            // A training counts from its own start, while the bar runs over all of them.
             bar.inc(progress.samples.saturating_sub(*counted));
             *counted = progress.samples;
         })

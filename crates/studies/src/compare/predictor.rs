@@ -54,6 +54,7 @@ impl ReadySystem {
         // Depths of heads in the training, in metres.
         let depths_m = checkpoint.depths_m;
         let mut predictor = BaselinePredictor::new(&checkpoint);
+        // Clones begin without a last pose, each at the start of its own sequence.
         predictor.forget();
         Ok(Self(Box::new(move || {
             let mut predictor = predictor.clone();

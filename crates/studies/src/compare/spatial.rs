@@ -83,6 +83,7 @@ fn error_m(views: &[(&PlacedCamera, &SeenJoints)], joint: usize) -> Option<f32> 
     let observations: Vec<Observation<'_>> = views
         .iter()
         .filter_map(|(camera, seen)| {
+            // Rays are unweighted, as published: scores of different systems have no common scale.
             Some(Observation { camera, at_px: seen.joints_px[joint]?, score: 1.0 })
         })
         .collect();

@@ -35,6 +35,7 @@ impl Stages {
         let load = |config: &str| -> Result<BodyConfig> {
             let mut config: BodyConfig = configs::load(config, overrides)?;
             config.training.steps = args.steps;
+            // Without a single validation a training would choose no best network.
             config.training.steps_per_validation =
                 config.training.steps_per_validation.min(args.steps);
             // Evaluated at the rate of the training labels.
@@ -42,6 +43,7 @@ impl Stages {
             Ok(config)
         };
         let (pretrain, finetune) = (load(&args.pretrain)?, load(&args.finetune)?);
+        // The second stage starts from the weights of the first, which have to fit.
         if pretrain.network != finetune.network || pretrain.image.side_px != finetune.image.side_px
         {
             bail!("both stages must have the same [network] and image.side_px");

@@ -52,6 +52,7 @@ pub(crate) fn run(
     let missing = missing(files, &data, &chosen)?;
     let mut inputs = vec![("data.json", serde_json::to_string_pretty(&data)? + "\n")];
     inputs.extend(stages.inputs()?);
+    // The first input is that of the data, which is no config.
     let configs: Vec<String> = inputs[1..].iter().map(|(_, config)| config.clone()).collect();
     let seeds = args.seeds.all(stages.finetune.seed)?;
     for (name, reason) in &missing {

@@ -132,6 +132,7 @@ pub(crate) fn run(candidate: &Candidate<'_>, weights: Option<String>) -> Result<
         system: system.name.to_owned(),
         seed,
         commit: COMMIT.to_owned(),
+        // Speeds are of one thread: whether two compare depends on the processor alone.
         machine: Machine::this().cpu,
         weights,
         images: frames.len(),
@@ -141,6 +142,7 @@ pub(crate) fn run(candidate: &Candidate<'_>, weights: Option<String>) -> Result<
         mpjpe_px: estimate(scores.mpjpe_px),
         mpjpe_mm,
         poses_per_s: match system.weights {
+            // A constant takes no time, and would lead the table of speeds.
             Weights::MeanPose => None,
             _ => Some(poses_per_s(&ready, &frames)?),
         },
@@ -193,6 +195,7 @@ fn errors_of(frame: &BodyFrame, pose: &SystemPose) -> Vec<((u64, i64), Vec<f32>)
         .iter()
         .zip(camera.joints_m)
         .filter_map(|(joint, truth)| Some(joint.as_ref()?.distance(truth)))
+        // A joint without a label is NaN.
         .filter(|error| error.is_finite())
         .collect();
     if errors.is_empty() { Vec::new() } else { vec![((frame.sequence, frame.t.0), errors)] }

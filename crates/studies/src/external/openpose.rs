@@ -118,6 +118,7 @@ impl Maps {
             return Some(Self::Together(together));
         }
         let (heatmaps, fields) = (last(parts)?, last(fields)?);
+        // The decoder reads a part and its limbs at the same cell.
         let are_equal = [heatmaps.rows, heatmaps.columns] == [fields.rows, fields.columns];
         are_equal.then_some(Self::Apart { heatmaps, fields })
     }
@@ -128,6 +129,7 @@ impl MapShape {
     fn new(output: usize, shape: &[usize], channels: usize) -> Option<Self> {
         let &[1, a, b, c] = shape else { return None };
         let (rows, columns, is_channels_last) = match channels {
+            // Channels first is ONNX's own order, and wins where both would fit.
             _ if a == channels => (b, c, false),
             _ if c == channels => (a, b, true),
             _ => return None,

@@ -76,6 +76,7 @@ fn sentence(payoff: &Payoff) -> String {
     let Some(row) = payoff.table.rows.first() else { return "Nothing was measured.".to_owned() };
     let worth = format!("{} of {}", difference(row.difference, &row.metric), row.metric.heading);
     let recordings = format!("{} recordings of the measured camera", payoff.table.recordings);
+    // The relation that is tested is `worse`: where it is reversed, the correction helped.
     match row.is_worse() {
         Some(Verdict::Reversed) => format!("Closing the gap was worth {worth} on {recordings}."),
         Some(Verdict::Found) => {

@@ -188,6 +188,7 @@ impl Study for PayoffStudy<'_> {
     }
 
     fn outcome(&self, trials: &Trials<Trained>) -> Result<Written<Payoff>> {
+        // Differences are paired: before all models are trained there is nothing to subtract.
         if trials.len() < self.models.trained.len() {
             return Ok(None);
         }
@@ -219,6 +220,7 @@ fn experiment_of(args: &PayoffArgs) -> Result<(&'static dyn PoseTask, Box<dyn Po
     const USUAL: &str = "hand";
     let start = args.start_from.as_deref().map_or(StartWeights::Initial, StartWeights::Run);
     match (&args.task, &args.config) {
+        // Without --task, the config itself says of which task it is.
         (None, Some(config)) => experiment(&args.study.config(config), start),
         (task, config) => {
             let task = task_by_name(task.as_deref().unwrap_or(USUAL))?;

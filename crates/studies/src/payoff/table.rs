@@ -132,6 +132,7 @@ fn row(models: &[ModelScores], metric: usize, config: &BootstrapConfig) -> Metri
         difference_by_seed: (0..seeds).map(by_seed).collect(),
         difference_by_recording: (0..pooled[0].len()).map(|i| less(1, 0, &[i])).collect(),
         fraction_of_upper_bound: has_bound
+            // Both differences are of one resample, so that their common errors cancel.
             .then(|| interval(&|drawn| Some(less(1, 0, drawn)? / less(2, 0, drawn)?)))
             .flatten(),
     }

@@ -180,6 +180,7 @@ impl<R: StudyRow, T: Measured> Outcome<R, T> {
     ) -> Self {
         let mut machines: Vec<String> =
             rows.iter().flat_map(|(_, trials)| trials).map(T::timed_on).collect();
+        // Rows for which nothing was timed are of no machine.
         machines.retain(|machine| !machine.is_empty());
         machines.sort();
         machines.dedup();
@@ -274,6 +275,7 @@ fn tested<R: StudyRow, T: Measured>(finding: Finding, rows: &[RowOutcome<R, T>])
     let measure = T::MEASURES.iter().find(|measure| measure.metric.key == finding.measure);
     let difference = measure.and_then(|measure| {
         let pairs = here.iter().zip(there);
+        // A seed without a value leaves no mean: that of the others would be of a selection.
         let less = |(a, b): (&T, &T)| Some((measure.value)(a)? - (measure.value)(b)?);
         t_interval(&pairs.map(less).collect::<Option<Vec<f64>>>()?)
     });
@@ -292,6 +294,7 @@ pub(crate) fn verdict(relation: Relation, metric: Metric, difference: &Interval)
         return relation.verdict(difference);
     }
     let minus = |value: Option<f64>| value.map(|value| -value);
+    // An upper bound is a lower one when it is negated.
     let (low, high) = (minus(difference.high), minus(difference.low));
     relation.verdict(&Interval { estimate: -difference.estimate, low, high })
 }

@@ -39,6 +39,7 @@ impl Training<'_> {
         train: impl FnOnce(&TrainOptions) -> Result<TrainSummary<C>>,
     ) -> Result<Option<f64>> {
         exclusively(self.run, || {
+            // Another process may have finished it while this one waited for the lock.
             if Self::is_finished(self.run) {
                 return Ok(None);
             }
@@ -47,6 +48,7 @@ impl Training<'_> {
             // A resumed training was timed in part: its full duration follows from its speed, if there is one.
             let speed = (summary.samples > 0).then_some(summary.samples_per_second);
             let seconds = speed.map(|speed| self.samples as f64 / speed);
+            // The mark comes last: a process that is killed before leaves a training that goes on.
             write_result(&self.run.join(TRAINED), &Trained { seconds })?;
             Ok(speed)
         })

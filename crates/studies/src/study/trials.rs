@@ -73,6 +73,7 @@ impl StudyPlan<'_> {
         let (shard, directory) = (self.args.shard, self.args.directory());
         let name = |trial: TrialIndex| format!("{}, {}", self.rows[trial.0], self.seeds[trial.1]);
         let mut pending = Vec::new();
+        // All trials are counted, finished or not, so that none changes its shard.
         for (index, trial) in (0..).zip(self.trials()) {
             if shard.owns(index) && self.stored(study, trial)?.is_none() {
                 pending.push(trial);
@@ -141,6 +142,7 @@ impl StudyPlan<'_> {
                 None => missing.push(trial),
             }
         }
+        // A mean over some of the seeds would change when the others are there.
         trials.retain(|row, _| missing.iter().all(|trial| trial.0 != *row));
         let named = trials.into_iter().map(|(row, of_row)| (self.rows[row].clone(), of_row));
         Ok((named.collect(), missing))

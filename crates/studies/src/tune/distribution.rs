@@ -61,12 +61,14 @@ impl Distribution {
         match self {
             Self::LogUniform(low, high) => {
                 let value = (low.ln() + share * (high.ln() - low.ln())).exp();
+                // Rounding may leave the range by half a digit, hence the clamp.
                 Value::Float(rounded(value).clamp(*low, *high))
             }
             Self::Uniform(low, high) => {
                 Value::Float(rounded(low + share * (high - low)).clamp(*low, *high))
             }
             Self::Integer(low, high) => {
+                // The remainder prefers low values by at most one part in 2^64 / count.
                 let count = high.abs_diff(*low) + 1;
                 Value::Integer(low.saturating_add_unsigned(bits % count))
             }

@@ -122,6 +122,7 @@ pub(crate) fn order(one: &Scored, other: &Scored, higher_is_better: bool) -> Ord
 
 /// The best `count` trials that have a score, in the order of their indices.
 pub(crate) fn promoted(mut trials: Vec<Scored>, count: u64, higher_is_better: bool) -> Vec<u64> {
+    // A trial that diverged has no checkpoint that is worth going on from.
     trials.retain(|(_, score)| score.is_some());
     trials.sort_by(|one, other| order(one, other, higher_is_better));
     trials.truncate(count as usize);

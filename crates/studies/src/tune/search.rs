@@ -44,6 +44,7 @@ pub fn run(args: &TuneArgs) -> Result<()> {
         return Err(anyhow!("{}: no such directory", data.display()).context(BadInput));
     }
     let inputs = [
+        // The plan is an input: with other rungs, the same files would mean other results.
         ("tune.toml", settings(args, &plan)),
         ("over.toml", space.text().to_owned()),
         (CONFIG, configs.base.to_toml()?),
@@ -123,6 +124,7 @@ impl Search<'_> {
 
     /// The trials of a rung. None while a trial of the rung before it has no result.
     fn entrants(&self, rung: usize) -> Result<Option<Vec<u64>>> {
+        // They follow from stored results alone, so that all shards come to the same trials.
         let mut entrants: Vec<u64> = (0..self.args.trials).collect();
         for before in 0..rung {
             let mut scored = Vec::new();
@@ -161,6 +163,7 @@ impl Search<'_> {
     fn outcome(&self) -> Result<SearchOutcome> {
         let mut by_rung = Vec::new();
         for rung in 0..self.plan.rungs().len() {
+            // The entrants of later rungs follow from results that are still missing.
             let Some(entrants) = self.entrants(rung)? else { break };
             let mut results = Vec::new();
             for trial in entrants {

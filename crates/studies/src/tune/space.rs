@@ -97,6 +97,7 @@ impl SearchSpace {
             let name: &str = key.get_ref();
             let field =
                 if prefix.is_empty() { name.to_owned() } else { format!("{prefix}.{name}") };
+            // The parser gives bytes, and messages name lines.
             let line = self.text[..key.span().start].matches('\n').count() + 1;
             let (Some(Value::Table(table)), DeValue::Table(inner)) =
                 (values.get(name), place.get_ref())

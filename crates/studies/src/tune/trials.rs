@@ -50,6 +50,7 @@ impl<'a> TrialConfigs<'a> {
         let start_from = args.start_from.as_deref().map(checkpoint_path).transpose()?;
         let config = args.study.config(&args.config);
         let (task, base) = experiment(&config, start_of(start_from.as_deref()))?;
+        // TOML is the way to a field that is known by its dotted name alone.
         let base_values = toml::from_str(&base.to_toml()?).context("the config as TOML")?;
         let configs = Self { config, start_from, space, base, task, base_values };
         for parameter in space.parameters() {
@@ -92,6 +93,7 @@ impl<'a> TrialConfigs<'a> {
 
     fn experiment(&self, mut changes: Vec<String>) -> Result<Box<dyn PoseExperiment>> {
         let mut overrides = self.config.overrides.clone();
+        // The last change of a field counts: what is drawn wins over --set.
         overrides.append(&mut changes);
         let args = ConfigArgs { config: self.config.config.clone(), overrides };
         self.task.studied()?.experiment(&args, start_of(self.start_from.as_deref()))

@@ -115,6 +115,7 @@ mod tests {
             let [_, height, width] = network.input;
             let image = network.image(3);
             let model = evpose_infer::onnx::encoded(&network.graph, network.input).unwrap();
+            // Several threads split the work otherwise, which must not change the outputs.
             for threads in [1, 2] {
                 let options = EngineOptions::default().with_threads(threads);
                 let mut engine = Engine::compile(&network.graph, network.input, options).unwrap();

@@ -43,6 +43,7 @@ impl OnnxRuntime {
             .commit_from_memory(job.model)
             .context("giving the network to ONNX Runtime")?;
         let [channels, height, width] = job.shape;
+        // The image is copied here once: no copy may be part of a timed run.
         let input = Tensor::from_array(([1, channels, height, width], job.image.to_vec()))?;
         let settings = format!(
             "all graph optimizations, intra-op threads {}, inter-op threads 1, sequential, spinning",

@@ -85,6 +85,7 @@ fn settings(model: &CompiledModel) -> Result<String> {
         RwPropertyKey::HintInferencePrecision,
         RwPropertyKey::HintEnableCpuPinning,
     ];
+    // The plugin may overrule what it was asked for: what it reports is what was timed.
     let values = keys.map(|key| -> Result<String> {
         let value = model.get_property(&PropertyKey::Rw(key.clone()))?;
         Ok(format!("{} {value}", key.as_ref()))

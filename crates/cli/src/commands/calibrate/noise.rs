@@ -30,6 +30,7 @@ pub(super) fn run(args: &NoiseArgs) -> Result<()> {
     };
     // Time before the first event is no part of a recording whose clock began elsewhere.
     let start = if first.as_seconds() < 1.0 { Micros(0) } else { *first };
+    // A window excludes its end, and the last event counts.
     let window =
         TimeWindow { start: start + Micros::from_seconds(args.skip), end: *last + Micros(1) };
     anyhow::ensure!(

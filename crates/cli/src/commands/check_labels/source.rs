@@ -172,6 +172,7 @@ fn logged(path: &Path, image_size: Option<SensorSize>, transposed: bool) -> Resu
         let skeleton = if transposed { skeleton.transposed() } else { skeleton };
         frame(format!("line {line}"), skeleton.t.as_seconds(), skeleton.points_px())
     });
+    // The published logs do not state the size of their images.
     let image_size = image_size.or_else(|| is_clip(path).then_some(h36m::SENSOR)).map(pixels);
     Ok(LabelTrack { name: path.display().to_string(), frames: frames.collect(), image_size })
 }
@@ -179,6 +180,7 @@ fn logged(path: &Path, image_size: Option<SensorSize>, transposed: bool) -> Resu
 /// Whether a parent folder has the name of an eH3.6M clip.
 fn is_clip(path: &Path) -> bool {
     let above = path.ancestors().filter_map(|folder| folder.file_name()?.to_str());
+    // Names further up than the folder of the clip are those of the user.
     above.take(3).any(|name| name.parse::<ClipName>().is_ok())
 }
 

@@ -33,6 +33,7 @@ pub fn run(args: &CleanArgs) -> Result<()> {
         None => None,
     };
     let Some((out, format)) = target else { return Ok(()) };
+    // Where axes are swapped, so are width and height.
     let sensor = symmetry.map_or(account.sensor, |symmetry| symmetry.size(account.sensor));
     let transform = |events: &mut EventStream| {
         if let Some(symmetry) = symmetry {
@@ -40,6 +41,7 @@ pub fn run(args: &CleanArgs) -> Result<()> {
         }
     };
     let mut chain = CleanerChain::new(sensor, &args.cleaners)?;
+    // A cleaner surveys what those before it leave, so that each needs a pass of its own.
     while chain.surveys() > 0 {
         passes.read("surveying", |events| {
             transform(events);
@@ -55,6 +57,7 @@ pub fn run(args: &CleanArgs) -> Result<()> {
         written += events.len();
         Ok(sink.write(events)?)
     })?;
+    // Cleaners may hold the last events back until they know that no more follow.
     let rest = chain.finish()?;
     sink.write(&rest)?;
     sink.finish()?;

@@ -43,8 +43,10 @@ impl Speeds {
         probe.simulation.sequences = PROBE_SEQUENCES;
         probe.simulation.seconds = config.simulation.seconds.min(PROBE_S);
         let training = &mut probe.training;
+        // Some of each sequence has to stay for the training.
         training.validation_s = training.validation_s.min(0.5 * probe.simulation.seconds);
         training.steps = training.steps.min(PROBE_STEPS);
+        // One short validation at the end, since the training is what is timed.
         training.steps_per_validation = training.steps;
         training.validation_samples = training.batch_size as u64;
         training.estimate_filter = false;
@@ -58,6 +60,7 @@ impl Speeds {
         let device = device.resolve()?;
         let mut predictor = NetworkPredictor::new(&probe, untrained(&probe, &device)?, device)?;
         let size = probe.simulation.image_size();
+        // Values do not change the time of an inference.
         let windows = vec![0.0; 2 * size.pixels() * PROBE_WINDOWS];
         let image_size = (usize::from(size.height), usize::from(size.width));
         // The first time, the network is compiled.

@@ -113,6 +113,7 @@ fn load_all(
 /// A note on events that the scene does not cover.
 fn outside(events: &EventStream, end: Micros) -> Option<String> {
     let early = events.t().partition_point(|t| *t < Micros(0));
+    // An event at the last frame still has its light.
     let late = events.len() - events.t().partition_point(|t| *t <= end);
     let last_s = end.as_seconds();
     (early + late > 0).then(|| {
@@ -171,8 +172,10 @@ pub(super) fn nuisance(args: &InputArgs) -> Option<&'static Nuisance> {
 
 /// Reads all that a comparison needs.
 pub(super) fn prepare(args: &InputArgs) -> Result<Prepared> {
+    // The budget runs from here on: reading and rendering count.
     let budget = args.budget.map(|s| Budget::from_now(Duration::from_secs_f64(s)));
     let given = model(&args.model)?;
+    // A misspelt name would exclude nothing, and nobody would notice.
     check_names(&args.leave_out)?;
     let (train_scene, held_out_scene) = sources(args);
     if args.poses.is_some() && args.validate.is_some() && args.validate_poses.is_none() {
@@ -188,6 +191,7 @@ pub(super) fn prepare(args: &InputArgs) -> Result<Prepared> {
     }
     let options = |recording: &Path| args.opening.options(recording).context(BadInput);
     let train = load(&args.measured, &options(&args.measured)?, &train_scene, &given, args.as_is)?;
+    // Coarse time stamps are the file's own, and no effect that the model lacks.
     let given = with_stamp_period(&given, train.tick);
     let mut notes = train.notes;
     if train.tick > Micros(1) {

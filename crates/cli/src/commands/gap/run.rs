@@ -158,6 +158,7 @@ fn write(args: &RunArgs, written: &Written) -> Result<()> {
         seconds: written.seconds.clone(),
         finished_unix_s: now,
     };
+    // The models that it names are there by now: `verify` finds a whole run, or none.
     write_result(&dir.join(files::RUN), &info)?;
     let mut report = written.report.clone();
     report.provenance = provenance(&info);

@@ -88,6 +88,7 @@ fn play(source: Box<dyn Source>, stream: Box<dyn OnlineStream>, args: &LiveArgs)
             Some(rerun::Viewer::open(place.as_deref(), pipeline)?)
         }
     };
+    // The pipeline takes one observer, which stands for all of them.
     if !observers.is_empty() {
         control.observer =
             Some(Arc::new(move |events| observers.iter().for_each(|show| show(events))));
@@ -112,6 +113,7 @@ fn play(source: Box<dyn Source>, stream: Box<dyn OnlineStream>, args: &LiveArgs)
         stop_after(Duration::from_secs_f64(seconds), &control);
     }
     let ended = stream.run(source, &mut sinks, &options, &control);
+    // Outputs are finished after a failure, too: poses until then are of use.
     let written = sinks.finish();
     let report = control.meter.report();
     for remark in control.meter.remarks() {

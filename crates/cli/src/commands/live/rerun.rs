@@ -78,6 +78,7 @@ mod sdk {
 
     impl Points {
         fn push(&mut self, at: [f32; 2]) {
+            // This is a ring: beyond the bound, the oldest point gives way.
             match self.px.get_mut(self.count % MAX_POINTS) {
                 Some(old) if self.count >= MAX_POINTS => *old = at,
                 _ => self.px.push(at),
@@ -212,6 +213,7 @@ mod sdk {
         }
 
         fn mesh_vertices(&mut self, frame: &FrameInput) -> Option<Vec<[f32; 3]>> {
+            // Propagated poses are later than those of the network, where there are any.
             let newest = frame.poses[1].as_ref().or(frame.poses[0].as_ref())?;
             let PoseEstimate::Hand { params, .. } = &newest.pose else { return None };
             let vertices = (self.mesh.as_mut()?.vertices)(params)?;

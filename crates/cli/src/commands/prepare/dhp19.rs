@@ -57,6 +57,7 @@ impl Projections {
     fn read(args: &Dhp19Args) -> Result<Self> {
         let folder = args.projections.clone().unwrap_or_else(|| args.data.join("P_matrices"));
         let mut projections = [None; CAMERAS];
+        // Files of cameras that are not chosen may be missing.
         for &camera in args.cameras.indices() {
             projections[camera] = Some(Projection::of_camera(camera, &folder)?);
         }

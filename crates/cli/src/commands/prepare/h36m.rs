@@ -52,6 +52,7 @@ pub(super) fn original(args: &H36mArgs) -> Result<()> {
             Ok(clip) => clip,
             Err(reason) => return Ok(Reading::LeftOut(reason.to_string())),
         };
+        // The events of a clip are dropped once its frames are drawn, so that this cannot wait.
         if let Some(folder) = &yarp {
             write_published(folder, name, &recording)?;
         }
@@ -83,6 +84,7 @@ fn synthesize(args: &H36mArgs, name: &ClipName) -> Result<(LabelledRecording, Ve
     let frame_px = IVec2::new(source.size().width.into(), source.size().height.into());
     let crop = Crop::around(poses.iter().flatten().copied(), frame_px, rule)
         .context("there is no pose, or a joint of one is no number")?;
+    // The noise of a clip must not depend on which others are converted.
     let seed = seed_for(args.seed, &name.to_string(), 0);
     // Clips come one by one.
     let how = Synthesis { threads: sensor_threads(SENSOR), ..Synthesis::published(seed)? };

@@ -70,6 +70,7 @@ pub(super) fn run(args: &HandsArgs) -> Result<()> {
 fn config(target: &str) -> Result<HandConfig> {
     let path = Path::new(target);
     let is_config = path.extension().is_some_and(|ending| ending == "toml");
+    // What does not exist goes to the configs as well, whose error lists all names.
     if configs::CONFIGS.find(target).is_some() || is_config || !path.exists() {
         return configs::load(target, &[]);
     }

@@ -82,6 +82,7 @@ impl OwnRecordingArgs {
         for (recording, labels) in self.recordings.iter().zip(&self.labels) {
             let name = recording.file_stem().and_then(|stem| stem.to_str());
             let name = name.with_context(|| format!("{}: no name", recording.display()))?;
+            // Sequences have the names of their recordings, and would overwrite each other.
             if pairs.iter().any(|(_, _, other)| other == name) {
                 bail!("two recordings are called `{name}`: rename one, or give it another --out");
             }

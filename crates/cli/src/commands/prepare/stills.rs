@@ -70,6 +70,7 @@ fn run(options: &StillOptions, threads: Option<usize>, convert: Convert) -> Resu
     use_threads(threads)?;
     let progress = bar("converting", 0, "photographs");
     let converted = convert(options, &|done, of| {
+        // The count is known only when the annotations are read.
         progress.set_length(of);
         progress.inc(done);
     })?;

@@ -111,6 +111,7 @@ impl Output {
         match self {
             Self::Stack(writer) => Ok(writer.finish()?),
             Self::Directory(directory) => {
+                // The table comes last, so that a directory with a table has all of its windows.
                 let path = directory.path.join(TABLE);
                 write_file(&path, directory.table)
             }

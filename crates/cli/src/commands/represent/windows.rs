@@ -121,6 +121,7 @@ impl WindowReader {
         for k in 0..schedule.count {
             let end = schedule.end_of(k);
             while read_to < end.min(schedule.end) {
+                // Steps are short, since a window may be longer than its events fit the memory.
                 let window =
                     TimeWindow { start: read_to, end: (read_to + STEP).min(end).min(schedule.end) };
                 self.windows.read(window, &mut events)?;
@@ -164,6 +165,7 @@ fn open_windows(args: &RepresentArgs) -> Result<Windows> {
 fn pooling(sensor: SensorSize, size: SensorSize) -> ViewAdaptor {
     let pixels = |size: SensorSize| DVec2::new(size.width.into(), size.height.into());
     let camera = LensCamera {
+        // Over the focal length of 1 below, this maps the whole sensor to the whole image.
         focal_px: pixels(sensor) / pixels(size),
         principal_px: DVec2::ZERO,
         distortion: Distortion::default(),

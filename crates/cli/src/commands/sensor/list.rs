@@ -105,6 +105,7 @@ pub(super) fn first_sentence(text: &str) -> String {
     let end = text.char_indices().find(|&(i, c)| {
         depth += i32::from(c == '(') - i32::from(c == ')');
         let ends = c == '.' && depth == 0 && text[i + 1..].starts_with([' ', '\n']);
+        // A full stop behind a capital ends an initial of a name, not a sentence.
         let is_end = ends && before.is_lowercase() | before.is_ascii_digit() | (before == ')');
         before = c;
         is_end && !text[..i].ends_with("et al")

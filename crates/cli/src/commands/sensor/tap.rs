@@ -120,6 +120,7 @@ fn levels(model: &SensorModel) -> Vec<f64> {
 
 /// The trace as CSV in long form: one line per sample or event.
 fn csv(trace: &Trace) -> String {
+    // Events and samples have times of their own, so that columns would have gaps.
     let mut text = "t_s,signal,value\n".to_owned();
     let mut add = |name: &str, points: &[(f64, f64)]| {
         for (t_s, value) in points {
@@ -178,6 +179,7 @@ fn plot(trace: &Trace, title: &str) -> Result<String> {
             _ => ("log intensity, ln", "log intensity"),
         };
         let mut series = vec![line(ms(points))];
+        // Thresholds apply to the difference from the reference level alone.
         if *domain == Domain::Detector {
             for &level in &trace.levels {
                 let (name, colour) = if level > 0.0 { ("ON", ON) } else { ("OFF", OFF) };

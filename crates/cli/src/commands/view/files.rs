@@ -63,6 +63,7 @@ pub(super) fn gif(frames: &RenderedFrames, fps: f64) -> Result<Vec<u8>> {
         let image = DynamicImage::ImageRgb8(with_keys(captioned(frame), &frames.keys)).into_rgba8();
         encoder.encode_frame(Frame::from_parts(image, 0, 0, delay))?;
     }
+    // The encoder writes the end of the file when it is dropped.
     drop(encoder);
     Ok(bytes)
 }

@@ -53,6 +53,7 @@ impl FrameReader {
         let origin = windows.start().with_context(|| format!("{}: no events", input.display()))?;
         let sensor = windows.sensor();
         let (start, end) = span(args, origin, &mut windows)?;
+        // It is never 0, or more frames than microseconds would all end at one time.
         let every = Micros(((end.0 - start.0) / i64::from(frames)).max(1));
         let length = Micros::from_seconds(args.window_ms * 1e-3);
         let window = StreamWindow::new(sensor, length, ChannelOrder::OffFirst)?;
@@ -96,6 +97,7 @@ impl FrameReader {
             self.representation.push(&events);
             self.representation.advance(t);
             self.representation.render(&mut planes);
+            // Events before the start only fill the representation, and do not count.
             if read_to < self.start {
                 events = events.slice(TimeWindow { start: self.start, end: t });
             }
@@ -149,6 +151,7 @@ impl RenderedFrames {
     pub(super) fn take(mut reader: FrameReader) -> Result<Self> {
         let mut frames = Vec::new();
         let (palette, origin) = (reader.palette, reader.origin);
+        // The overlay is taken out of the reader, all of which `play` borrows.
         let overlay = std::mem::take(&mut reader.overlay);
         // Two planes are drawn as polarities.
         let keys = overlay.keys(reader.representation.channels() == 2);
@@ -165,6 +168,7 @@ impl RenderedFrames {
     ///
     /// Those of the first one do not count: simulated recordings begin with a burst of all pixels.
     pub(super) fn busiest(&self) -> usize {
+        // A window that is longer than the spacing shows the events of several frames.
         let shown = ((self.reader.length.0 - 1) / self.reader.every.0 + 1) as usize;
         let events = |k: usize| -> usize {
             let first = (k + 1).saturating_sub(shown).max(1);
@@ -189,6 +193,7 @@ fn span(args: &ViewArgs, origin: Micros, windows: &mut Windows) -> Result<(Micro
     let start = after(args.from.max(0.0));
     let end = match args.to {
         Some(to) => after(to),
+        // A window excludes its end, and the last event counts.
         None => Micros(windows.end()?.0.saturating_add(1)),
     };
     ensure!(start < end, "--from lies behind the end of what is shown");

@@ -104,6 +104,7 @@ fn last<T>(track: &[(Micros, T)], t: Micros) -> Option<&T> {
 /// Poses in any format, of a person or of a hand.
 fn poses(path: &Path) -> Result<Track> {
     let PoseSequence { kind, mut poses, .. } = read_poses(path)?;
+    // Files need not be in order, and poses are found by bisection.
     poses.sort_by_key(|pose| pose.t);
     Ok(match kind {
         PoseKind::Body => {

@@ -137,6 +137,7 @@ fn ticks(start_s: f64, end_s: f64) -> Vec<(f64, String)> {
     let steps = [1.0, 2.0, 5.0, 10.0].map(|factor| factor * 10_f64.powi(power));
     let step = steps.into_iter().find(|step| span / step <= MAX_TICKS).unwrap_or(steps[3]);
     let decimals = (-step.log10().floor()).max(0.0) as usize;
+    // The margin saves the last label from rounding.
     let (first, last) = ((start_s / step).ceil() as i64, (end_s / step + 1e-9).floor() as i64);
     let tick = |k: i64| (k as f64 * step, format!("{:.decimals$}", k as f64 * step));
     (first..=last).map(tick).collect()

@@ -31,6 +31,7 @@ const COLOURS: [(u8, u8, u8); 4] = [(150, 154, 164), (86, 180, 233), (0, 114, 17
 impl Variant {
     /// Without the effect, and at its strengths.
     pub(super) fn all(spec: &'static StageSpec) -> Result<Vec<Self>> {
+        // An effect may show only with others: every variant has them, and it alone differs.
         let mut beside = Vec::new();
         for name in spec.signature.beside {
             let other = STAGES.find(name);

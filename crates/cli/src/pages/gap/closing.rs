@@ -78,6 +78,7 @@ pub(crate) fn closing(page: &mut HtmlPage, data: &ReportData) -> Result<(), Draw
             "If the answer is right, the gap closes with it, opens again without it, and stays open \
              with the nearest other effect in its place.",
         );
+        // The axis reaches 1 at least, which is the gap of two runs of one model.
         let largest = data.ablation.iter().map(|row| row.gap.hi).fold(1.0, f64::max);
         let bar = |row: &Ablation| Bar {
             label: words::change(row),

@@ -48,6 +48,7 @@ fn curve(plot: &Plot) -> Chart {
     let series = |colour, mark, points| Series { label: String::new(), colour, mark, points };
     // Classes are numbered from one on.
     let is_whole = plot.x.first() == Some(&1.0) && plot.x.iter().all(|x| x.fract() == 0.0);
+    // Bins without events have no value: lines go on over them.
     let known = |points: Vec<(f64, f64)>| -> Vec<(f64, f64)> {
         points.into_iter().filter(|(_, y)| y.is_finite()).collect()
     };

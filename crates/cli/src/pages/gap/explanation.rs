@@ -70,6 +70,7 @@ fn steps(verdict: &Verdict) -> Vec<WaterfallStep> {
         colour: MODEL,
         note: words::gap(&verdict.gap_before),
     }];
+    // Each bar begins where the last one ended: the joint part leads to what is left.
     let mut explain = |label: String, fraction: f64, colour| {
         let from = level;
         level -= fraction;

@@ -28,6 +28,7 @@ const LESS: [f64; 3] = [20.0, 90.0, 190.0];
 fn colour(z: f64, is_significant: bool) -> [u8; 3] {
     let ink = if z > 0.0 { MORE } else { LESS };
     let faint = if is_significant { 1.0 } else { FAINT };
+    // The root gives small residuals a colour that is still visible.
     let strength = faint * (z.abs() / FULL).min(1.0).sqrt();
     std::array::from_fn(|c| (PAPER[c] + (ink[c] - PAPER[c]) * strength) as u8)
 }

@@ -123,6 +123,7 @@ fn banner(page: &mut HtmlPage, data: &ReportData) {
         escape(&words::headline(verdict)),
         escape(&words::meaning(verdict))
     ));
+    // A comparison without a scene, or without its light, says so in its first note.
     if let Some(mode) = verdict.notes.first().filter(|note| note.starts_with("mode ")) {
         page.markup(&format!("<p class=\"say\">{}</p>", escape(mode)));
     }

@@ -42,6 +42,7 @@ pub(super) fn responses(page: &mut HtmlPage, all: &[Response]) -> Result<(), Dra
 fn drawn(response: &Response) -> Chart {
     let property = response.property;
     let name = format!("{} ({})", property.name(), property.unit());
+    // A point at 0 has no place on a logarithmic axis.
     let is_log = property.is_logarithmic() && response.points.iter().all(|point| point.x > 0.0);
     let differences = response.points.iter().filter_map(|p| Some((p.x, p.difference?))).collect();
     let fitted = response.points.iter().map(|point| (point.x, point.fitted)).collect();

@@ -22,6 +22,7 @@ const PAPER: [f64; 3] = [252.0, 252.0, 253.0];
 const BETWEEN: Rgb<u8> = Rgb([226, 228, 234]);
 
 pub(crate) fn section(page: &mut HtmlPage, data: &ReportData) -> Result<()> {
+    // Pixels are placed by the sizes that the file states, which may be wrong.
     let Some(side_by_side) =
         data.side_by_side.as_ref().filter(|side_by_side| is_whole(side_by_side))
     else {
@@ -96,6 +97,7 @@ fn strip(side_by_side: &SideBySide) -> RgbImage {
 
 fn colour(digit: u8) -> Rgb<u8> {
     let levels = (digit as char).to_digit(16).unwrap_or(0);
+    // A digit holds two counts of 0 to 3, that of ON events in its upper bits.
     let (on, off) = (f64::from(levels / 4), f64::from(levels % 4));
     let all = on + off;
     if all == 0.0 {

@@ -20,6 +20,7 @@ pub fn headline(verdict: &Verdict) -> String {
         };
     }
     let (effects, wrong) = (of(FindingKind::Effect), of(FindingKind::Parameter));
+    // Names are joined by a plus sign: with one, there are several.
     let plural = if effects.contains('+') { "s" } else { "" };
     let also = if wrong.is_empty() { wrong.clone() } else { format!(" (and set wrong: {wrong})") };
     match verdict.verdict {

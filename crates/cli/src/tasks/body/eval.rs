@@ -109,6 +109,7 @@ fn evaluate(
     data: &Path,
     outputs: &Outputs<'_>,
 ) -> Result<()> {
+    // It holds the load of the machine, which has to be that before the evaluation.
     let provenance = Provenance::this();
     let checkpoint = &model.checkpoint;
     let options = BodyPredictorOptions {
@@ -168,6 +169,7 @@ fn evaluate(
         people::of_predictions(checkpoint, &evaluated, path)?;
     }
     write_json(outputs.json, &report)?;
+    // The figure comes last, so that an error of drawing does not cost the scores.
     if let Some(path) = outputs.curves {
         draw(path, &report)?;
     }
@@ -352,6 +354,7 @@ fn print_lowest(recordings: &[RecordingScores]) {
         recording.scores.pck.get(at).copied().flatten().map(|pck| pck.estimate)
     };
     let mut ordered: Vec<&RecordingScores> = recordings.iter().collect();
+    // What has no score comes last: no share is above 1.
     ordered.sort_by(|a, b| share(a).unwrap_or(2.0).total_cmp(&share(b).unwrap_or(2.0)));
     say(format!("lowest PCK@0.4 of {} recordings:", recordings.len()));
     for recording in ordered.into_iter().take(LOWEST) {

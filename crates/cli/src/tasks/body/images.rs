@@ -131,6 +131,7 @@ fn evaluate(
     let checkpoint = &model.checkpoint;
     let mut config = checkpoint.config.clone();
     config.data.source = BodySourceKind::Annotations;
+    // An image with a single labelled joint can be scored, whatever a training demands.
     config.data.min_joints = 1;
     let progress = bar("reading", 0, "images");
     let mut frames = BodyFrames::load(&config, data, &|count| progress.inc(count))?;
@@ -164,6 +165,7 @@ fn evaluate(
         .iter()
         .zip(&predicted)
         .map(|((own, t), pose)| {
+            // The filter must not go on from the last image of a clip to the first of the next.
             if sequence.replace(*own) != Some(*own) {
                 filter.reset();
             }
@@ -196,6 +198,7 @@ fn of_points(frames: &BodyFrames, joints_px: &[BodyPoints]) -> Result<BodyEvalua
 /// The sequence and the time of each image.
 fn times(frames: &BodyFrames) -> Vec<(u64, Micros)> {
     let frames = &frames.frames;
+    // Images without time stamps all have the same one.
     let is_timed = frames.windows(2).any(|pair| pair[0].t < pair[1].t);
     let time = |(index, frame): (i64, &BodyFrame)| {
         (frame.sequence, if is_timed { frame.t } else { Micros(index * UNTIMED.0) })

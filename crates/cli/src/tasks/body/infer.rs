@@ -45,11 +45,13 @@ pub(super) fn run(model: &BodyNetwork, args: &InferArgs, own: &BodyInferArgs) ->
     let mut predictor = model.predictor(options)?;
     let batch = online::batch(own.batch, &model.device);
     if model.device != Device::flex() {
+        // A GPU compiles its kernels at the first call, which is no latency of a pose.
         predictor.warm_up(batch);
     }
     let opening = args.opening.options_with_sensor(events)?;
     let stride_ms = args.stride_ms.unwrap_or(checkpoint.config.evaluation.every_ms);
     let step = Micros(1_000 * i64::from(stride_ms.max(1)));
+    // Propagated poses take a second pass over the recording, which opens it again.
     let open = |propagation: Option<&PropagationConfig>| -> Result<BodyRecording> {
         let windows = Windows::open(events, &opening)?;
         let calibration = Calibration::choose(own.own.camera.as_deref(), windows.sensor())?;
@@ -130,6 +132,7 @@ fn write_propagated(
 ) -> Result<()> {
     let config = PropagationConfig {
         network_hz: 1e3 / f64::from(stride_ms.max(1)),
+        // Offline, an inference counts at its own time: there is no latency to bridge.
         latency_ms: 0.0,
         ..PropagationConfig::default()
     };

@@ -75,6 +75,7 @@ pub(super) fn run(model: &BodyNetwork, args: &InferArgs, own: &BodyInferArgs) ->
         progress.set_position((pose.t - start).0 as u64 / 1_000);
     }
     progress.finish_and_clear();
+    // Rows are written before the error below, since those of nobody say at which times it was.
     write_poses(&args.out, &poses, format)?;
     for (index, warning) in people.warnings() {
         note(format!("warning: {}: {warning}", own.events[index].display()));
@@ -140,6 +141,7 @@ fn timed(pose: &SpatialPose, first: &PlacedCamera) -> TimedPose {
     timed.score = mean(seen.iter().filter_map(|one| one.score).collect());
     for (k, (joint, at_m)) in timed.joints.iter_mut().zip(pose.joints_m).enumerate() {
         joint.position_m = at_m.map(|at_m| at_m.as_vec3());
+        // The joint is projected, since the first camera may not have detected it at all.
         joint.image_px =
             at_m.and_then(|at_m| first.image_from_world(at_m)).map(|at_px| at_px.as_vec2());
         joint.score = mean(seen.iter().filter_map(|one| one.joints[k].score).collect());

@@ -54,6 +54,7 @@ pub(super) fn for_each(
     let schedule = InferenceSchedule::Every(Micros(1_000 * i64::from(every_ms.max(1))));
     let mut stream = RecordingStream::new(windows, stream, schedule);
     while let Some(inferred) = stream.next().transpose()? {
+        // Each inference sends its inputs before it returns, so that none has to be waited for.
         for ((t, _), input) in inferred.poses.iter().zip(inputs.try_iter()) {
             take(*t, &input)?;
         }
@@ -76,6 +77,7 @@ pub(super) fn interface(model: &BodyNetwork) -> Interface {
         || "not blurred".to_owned(),
         |blur| format!("blurred by a Gaussian of {blur:?} pixels a side").to_lowercase(),
     );
+    // Maps have a quarter of the sides of the input.
     let (decoding, cells) = (&config.decoding, rows / 4);
     let softening = decoding.softening_cells;
     let decode = format!(

@@ -27,6 +27,7 @@ pub(super) fn evaluate(
     let all = (Precision::ALL.len() * recordings.files.len()) as u64;
     let progress = bar("evaluating", all, "recordings");
     let mut scores = Vec::new();
+    // All precisions infer the same images, so that rounding is all that differs.
     for precision in Precision::ALL {
         let options = BodyPredictorOptions { precision, ..BodyPredictorOptions::default() };
         let predictor = BodyPredictor::new(checkpoint, options, Some(ranges))?;

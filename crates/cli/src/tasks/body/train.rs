@@ -24,6 +24,7 @@ pub(super) fn run(args: &TrainArgs) -> Result<()> {
     let out = out.unwrap_or_else(|| config.out.clone());
     if data.is_empty() {
         data.push(out.join(DATA));
+        // Stills are drawn as they are loaded, so that nothing of them has to be on disk.
         if config.data.source.is_recorded() {
             recorded::prepare(&config, &data[0])?;
         }

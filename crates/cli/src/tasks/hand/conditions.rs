@@ -77,11 +77,13 @@ pub(super) fn run(model: &HandNetwork, args: &EvalArgs, own: &HandEvalArgs) -> R
             Ok((condition, config))
         })
         .collect::<Result<Vec<_>>>()?;
+    // Names are directories: two of one name would share their sequences.
     for (i, (condition, _)) in conditions.iter().enumerate() {
         if conditions[..i].iter().any(|(earlier, _)| earlier.name == condition.name) {
             bail!("--conditions names `{}` twice", condition.name);
         }
     }
+    // It outlives the match, or the directory would be removed before it is used.
     let scratch;
     let out: &Path = match &own.out {
         Some(out) if out.read_dir().is_ok_and(|mut entries| entries.next().is_some()) => {

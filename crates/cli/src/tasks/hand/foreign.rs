@@ -81,6 +81,7 @@ pub(super) fn run(
         say(format!("  {:<14}{auc_2d:>24}{auc_3d:>24}", one.name));
     }
     if let Some(path) = &args.preview {
+        // A recording without a score counts as the worst.
         let auc = |one: &RecordingScores| one.scores.auc_2d.map_or(0.0, |auc| auc.estimate);
         let scores: Vec<f64> = report.recordings.iter().map(auc).collect();
         let rows = foreign_preview::write(config, &recordings, &scores, &mut predictor, path)?;

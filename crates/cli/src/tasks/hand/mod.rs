@@ -150,6 +150,7 @@ impl HandNetwork {
         if precision == Precision::F32 {
             return Ok(self.checkpoint.predictor(self.device.clone())?);
         }
+        // Reduced precision is the engine's, which computes on the CPU alone.
         ensure!(self.device == Device::flex(), TaskError::Precision { precision });
         let HandCheckpoint { config, network, .. } = &self.checkpoint;
         let graph = || network.graph();
@@ -220,6 +221,7 @@ impl PoseModel for HandNetwork {
         let calibration = infer::calibration(&config, sensor, options.camera.as_deref())?;
         let batch = online::batch(options.batch, &self.device);
         let predictor = self.predictor(options.precision)?;
+        // The newest input wins: under load, an older one would only add latency.
         let schedule = InferenceSchedule::NewestWhenFree;
         let stream = hand_stream(&config, predictor, &calibration, schedule, batch)?;
         let stream = TaskStream::new(stream, PROPAGATE_HZ, Skeleton::Hand);

@@ -36,6 +36,7 @@ pub(super) fn evaluate(
     let evaluated = evaluate_methods(config, &data, &mut methods, stride_ms, &mut done)?;
     progress.finish_and_clear();
     let sequence = &data.sequences()[0];
+    // The last window of a sequence is full, as those of a stream are.
     let window = data.evaluation_input(sequence, sequence.frames() - 1)?;
     let mut scores = Vec::new();
     for (precision, (method, evaluated)) in

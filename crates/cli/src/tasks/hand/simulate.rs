@@ -47,6 +47,7 @@ pub(super) fn run(args: &SimulateArgs) -> Result<()> {
     } else {
         format!("shard {shard} is complete; whoever records the last sequence writes {MANIFEST}")
     });
+    // The preview simulates once more, and comes when the sequences are on disk.
     if let Some(path) = &recording.preview {
         let sheet = camera_views::sheet(&Simulation::new(&config.simulation, config.seed)?)?;
         write_file(path, &png(&sheet)?)?;

@@ -17,6 +17,7 @@ fn histogram(intervals: &[f64], low_s: f64, high_s: f64) -> Vec<(f64, f64)> {
     let mut counts = vec![0.0; bins];
     for interval in intervals {
         let bin = PER_DECADE * (interval / low_s).log10();
+        // Intervals below the range count in the first bin.
         if let Some(count) = counts.get_mut(bin.max(0.0) as usize) {
             *count += 1.0 / intervals.len() as f64;
         }

@@ -33,6 +33,7 @@ pub(super) fn contrast(variants: &[Variant], seed: u64) -> Result<Shown> {
         y: ChartAxis::new("events, part of ln 3 / 0.2"),
         series: Vec::new(),
     };
+    // The thresholds of the ideal sensor are 0.2.
     let full = 3_f64.ln() / 0.2 * ROWS as f64;
     for variant in variants {
         let events = scene.show(&variant.model, seed)?;
@@ -72,6 +73,7 @@ pub(super) fn grating(variants: &[Variant], seed: u64) -> Result<Shown> {
                 counts[y / BAND] += 1.0 / (rows.len() * columns.len()) as f64;
             }
         }
+        // Divided by the period, this is the count of periods that passed each pixel.
         let passed_px = PX_PER_S * STEPS as f64 * 1e-3;
         let points = PERIODS.iter().zip(counts).map(|(p, n)| (*p, n * p / passed_px)).collect();
         chart.series.push(series(variant, Mark::Line, points));
@@ -118,6 +120,7 @@ pub(super) fn rate_by_radius(variants: &[Variant], seed: u64) -> Result<Shown> {
         let (dx, dy) = ((x as f64 - 47.5) / 48.0, (y as f64 - 35.5) / 48.0);
         ((dx.hypot(dy) / 1.25 * RINGS as f64) as usize).min(RINGS - 1)
     };
+    // Outer rings have more pixels, until the sides of the image cut them.
     let mut pixels = [0.0; RINGS];
     for y in 0..72 {
         (0..96).for_each(|x| pixels[ring(x, y)] += 1.0);

@@ -51,6 +51,7 @@ pub(super) fn step_response(variants: &[Variant], seed: u64, step_us: i64) -> Re
         let shift_s = if step_us > 1_000 { BEFORE_US } else { BEFORE_US + step_us } as f64 * 1e-6;
         for ((tap, chart), (_, level)) in run.taps().iter().zip(&mut charts).zip(levels) {
             let start = tap.samples().first().map_or(0.0, |sample| f64::from(sample.1));
+            // The dark offset of the ideal sensor flattens steps in the dark.
             let rise = ((3.0 * level + 1e-3) / (level + 1e-3)).ln();
             let points = tap
                 .samples()

@@ -20,6 +20,7 @@ pub(super) fn rate(variants: &[Variant], seed: u64) -> Result<Shown> {
             title: format!("{}: {} events", variant.label, events.len()),
             x: ChartAxis::new("time in ms"),
             y: ChartAxis::new("events / s, OFF downwards, M"),
+            // A burst at the start is a part of what is shown: no count of pixels hides it.
             series: rates(&events, seconds, 5e-4, 1e6, usize::MAX),
         });
     }
@@ -97,6 +98,7 @@ pub(super) fn stamp_error(variants: &[Variant], seed: u64) -> Result<Shown> {
     let mut charts = Vec::new();
     for variant in variants {
         let found = by_pixel(&scene.show(&variant.model, seed)?, scene.size());
+        // Pixels are compared one by one, since the effect may change the order of the stream.
         let pairs = expected.iter().zip(&found).flat_map(|(a, b)| a.iter().zip(b));
         let error = |(a, b): (&Event, &Event)| (a.t.0 as f64 * 1e-3, (b.t.0 - a.t.0) as f64);
         let points: Vec<(f64, f64)> = thin(pairs.map(error).collect(), DOTS);
