@@ -6,7 +6,7 @@
 //! fingers together; these are where the fingers are.
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use evpose_core::AtomicFile;
 use evpose_pose::EVALUATION_JOINTS;

@@ -240,7 +240,7 @@ mod tests {
     #[test]
     fn nan_and_missing_outputs_have_an_infinite_difference() {
         assert_eq!(output_difference(&[1.0, 2.5], &[1.0, 2.0]), 0.25);
-        assert_eq!(output_difference(&[1.0, f32::NAN], &[1.0, 2.0]), f64::INFINITY);
+        assert_eq!(output_difference(&[f32::NAN, 1.0], &[2.0, 1.0]), f64::INFINITY);
         assert_eq!(output_difference(&[1.0], &[1.0, 2.0]), f64::INFINITY);
     }
 }
