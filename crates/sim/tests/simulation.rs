@@ -6,11 +6,9 @@ mod support;
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use evpose_body::PosedBody;
 use evpose_body::fingers::Fingers;
 use evpose_core::{EventStream, Micros, SensorSize};
 use evpose_io::{EvcReader, JointsReader, MetaReader};
-use evpose_pose::HandSide;
 use evpose_sensor::SensorConfig;
 use evpose_sim::config::{Hands, SensorChoice};
 use evpose_sim::{Simulation, SimulationConfig, Simulator, record, record_all};

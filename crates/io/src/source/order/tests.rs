@@ -120,8 +120,8 @@ fn a_counter_of_32_bits_that_begins_again_is_unwrapped() {
 
 #[test]
 fn a_file_that_runs_backwards_or_at_random_is_refused_and_a_tiny_one_sorted() {
-    let backwards = |interval| (0..5_000).rev().map(|k| interval * k).collect::<Vec<i64>>();
-    let random = |span| (0..5_000).map(|k| (k * 7_919_993) % span).collect::<Vec<i64>>();
+    let backwards = |interval| (0..5_000_i64).rev().map(|k| interval * k).collect::<Vec<i64>>();
+    let random = |span| (0..5_000_i64).map(|k| (k * 7_919_993) % span).collect::<Vec<i64>>();
     assert!(matches!(refused(&backwards(500)), ClockFault::Restart { .. }));
     refused(&random(100_000_000));
     // Slow recordings, too.
