@@ -1,4 +1,4 @@
-//! Numbers as files store them, and the order of those of an array.
+//! Scalars as files store them, and the order of the values of an array.
 
 /// Byte order of stored values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,7 +16,7 @@ impl ByteOrder {
     }
 }
 
-/// Type of stored numbers, of any length up to eight bytes.
+/// Type of stored values, of any length up to eight bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum NumberKind {
     Float,

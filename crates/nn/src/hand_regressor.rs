@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::NnError;
 use crate::backbone::{Backbone, BackboneNet as _, IMAGE_CHANNELS};
 use crate::graph::Graph;
-use crate::hand_network::HandHead;
+use crate::hand_head::HandHead;
 use crate::hand_output::RotationOutput;
 use crate::initializer::{Initializer, seeded};
 use crate::net_ops::NetOps;

@@ -1,6 +1,6 @@
 //! The network of joints: two channels of events to a heatmap and a depth map of every joint of a hand.
 //!
-//! What an image shows of a finger lies where the finger is. A regressor has to carry it from there into
+//! The image of a finger lies where the finger is. A regressor has to carry it from there into
 //! one vector; here it stays in its cell.
 
 use burn::module::Module;

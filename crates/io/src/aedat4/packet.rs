@@ -265,7 +265,10 @@ impl Content {
     ///
     /// # Errors
     /// If it is a frame that the format cannot hold.
-    pub(super) fn encode<'a>(&'a self, builder: &'a mut Builder) -> Result<&'a [u8], FrameMisfit> {
+    pub(super) fn encode<'a>(
+        &'a self,
+        builder: &'a mut Builder,
+    ) -> Result<&'a [u8], FrameFieldError> {
         match self {
             Self::Events(Columns { t, x, y, polarity }) => {
                 Ok(events::encode(builder, (t, x, y, polarity)))
@@ -293,7 +296,7 @@ impl Content {
 
 /// A frame that the format cannot hold.
 #[derive(Debug, Clone, Copy, thiserror::Error)]
-pub(super) enum FrameMisfit {
+pub(super) enum FrameFieldError {
     #[error("a frame of {0} columns or rows")]
     Size(u16),
     #[error("a pixel of more than 4 channels, or of none")]
@@ -333,15 +336,15 @@ fn frame(table: &Table<'_>) -> Result<Frame, Broken> {
 }
 
 impl Frame {
-    fn encode<'a>(&self, builder: &'a mut Builder) -> Result<&'a [u8], FrameMisfit> {
+    fn encode<'a>(&self, builder: &'a mut Builder) -> Result<&'a [u8], FrameFieldError> {
         // Sizes are signed 16 bits in the schema.
-        let size = |pixels: u16| i16::try_from(pixels).map_err(|_| FrameMisfit::Size(pixels));
+        let size = |pixels: u16| i16::try_from(pixels).map_err(|_| FrameFieldError::Size(pixels));
         let (width, height) = (size(self.width)?, size(self.height)?);
-        let code = self.format.code().ok_or(FrameMisfit::Channels)?;
+        let code = self.format.code().ok_or(FrameFieldError::Channels)?;
         let (bytes, pixels) =
             (self.pixels.len(), usize::from(self.width) * usize::from(self.height));
         if bytes != pixels * self.format.bytes() {
-            return Err(FrameMisfit::Bytes(self.width, self.height, bytes));
+            return Err(FrameFieldError::Bytes(self.width, self.height, bytes));
         }
         // The schema has the duration of the exposure besides its two ends.
         let lasts = self.exposure_end.0.saturating_sub(self.exposure_start.0);

@@ -89,7 +89,7 @@ impl Writer {
             self.check_pixels(&columns.x, &columns.y)?;
         }
         let bytes = content.encode(&mut self.builder);
-        let bytes = bytes.map_err(|misfit| IoError::unwritable(&self.path, misfit.to_string()))?;
+        let bytes = bytes.map_err(|error| IoError::unwritable(&self.path, error.to_string()))?;
         deflate(self.compression, bytes, &mut self.packed)
             .map_err(|e| IoError::file(&self.path, "compress", e))?;
         self.append(*stream, content.extent())

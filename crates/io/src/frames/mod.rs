@@ -67,7 +67,7 @@ trait Frames {
     fn next_into(&mut self, path: &Path, light: &Light, out: &mut [f32]) -> Result<bool, IoError>;
 }
 
-/// What the first frame and the headers of a source say of all frames.
+/// Properties of all frames, by the first of them and the headers of a source.
 #[derive(Debug)]
 struct About {
     size: SensorSize,

@@ -63,8 +63,8 @@ pub(super) enum RowFault {
     NoSuchJoint { name: String, kind: PoseKind },
     #[error("no column `{0}`")]
     NoColumn(String),
-    #[error("{found} columns where {expected} are expected")]
-    Columns { found: usize, expected: usize },
+    #[error("{count} columns where {expected} are expected")]
+    Columns { count: usize, expected: usize },
     #[error("`{0}` is no time in microseconds")]
     NoTime(String),
     #[error("`{0}` is no number")]

@@ -109,7 +109,7 @@ impl Columns {
 
     fn pose(&self, cells: &[&str]) -> Result<TimedPose, RowFault> {
         if cells.len() != self.count {
-            return Err(RowFault::Columns { found: cells.len(), expected: self.count });
+            return Err(RowFault::Columns { count: cells.len(), expected: self.count });
         }
         let t = cells[self.t].parse();
         let t = t.map_err(|_| RowFault::NoTime(cells[self.t].to_owned()))?;

@@ -163,7 +163,7 @@ impl Backward<Flex, 1> for ToPlanes {
     }
 }
 
-/// What the backward pass of an operation needs besides its input.
+/// State of the backward pass of an operation, besides its input.
 #[derive(Debug, Clone)]
 enum Saved {
     /// With the weight.

@@ -10,7 +10,7 @@ use crate::NnError;
 use crate::error::Mismatch;
 use crate::parameters::{Slot, fill_with_data, slots};
 
-/// What a weight file or a tensor in it lacks, or the message of a reader of its container.
+/// A tensor that a weight file lacks, or the message of a reader of its container.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub(super) struct TensorError(String);

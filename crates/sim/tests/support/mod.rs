@@ -1,4 +1,4 @@
-//! What the tests of files share.
+//! Helpers that tests of files share.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 

@@ -151,7 +151,7 @@ impl RenderedFrames {
     pub(super) fn take(mut reader: FrameReader) -> Result<Self> {
         let mut frames = Vec::new();
         let (palette, origin) = (reader.palette, reader.origin);
-        // The overlay is taken out of the reader, all of which `play` borrows.
+        // The overlay leaves the reader, all of which `play` borrows.
         let overlay = std::mem::take(&mut reader.overlay);
         // Two planes are drawn as polarities.
         let keys = overlay.keys(reader.representation.channels() == 2);

@@ -125,7 +125,7 @@ pub fn alternatives(verdict: &Verdict) -> Option<String> {
     (!alike.is_empty()).then(|| alike.join("; "))
 }
 
-/// What intervals and probabilities mean.
+/// The meaning of intervals and probabilities.
 pub const FITTED: &str = "Intervals are meant to hold the true value in nine of ten cases, and \
                           probabilities to be the fraction of names that are right. Both are fitted to \
                           cases whose truth is known; how often they hold is in benches/gap.";
