@@ -3,7 +3,8 @@
 //! # Model
 //! Sought are articulation `a`, rotation `R` and position `t` of the wrist that minimise, with the points
 //! `X = R p(a) + t` of the neutral hand,
-//! `Σ score² (|ray(X) - r|² / σ_ray² + |depth(X) - d|² / σ_depth²) + |a|² / σ_a²`.
+//! `Σ score² (|ray(X) - r|² / σ_ray² + |depth(X) - d|² / σ_depth²) + |a|² / σ_a²`,
+//! and a weak prior of the distance.
 //! Rays alone leave the distance open; the size of the neutral hand gives it, as lengths of its palm are the
 //! unit of the depths. The start is the rigid palm; a few steps of Gauss-Newton follow, within limits of
 //! the articulation.
@@ -38,6 +39,12 @@ const SIGMA_CELLS: f32 = 0.5;
 const SIGMA_DEPTH: f32 = 0.2;
 /// Standard deviation of coefficients: a hand that is not seen is the mean one.
 const SIGMA_ARTICULATION: f32 = 1.5;
+/// Distance of a hand that nothing is known of, in metres, and the standard deviation of its natural logarithm.
+/// Joints that a network is not sure of lie near the middle of the image, as those of a hand far away would.
+const DISTANCE_M: f32 = 0.5;
+const SIGMA_LOG_DISTANCE: f32 = 0.7;
+/// Largest distance, in metres: of a hand farther away no event camera shows the fingers.
+const FAR_M: f32 = 2.0;
 /// Largest coefficient. Those of training are within 2.
 const MAX_ARTICULATION: f32 = 2.5;
 /// Depth before which nothing is projected, in metres.
@@ -106,6 +113,8 @@ impl HandFit {
             pose.position_m += Vec3::new(v(POSITION), v(POSITION + 1), v(POSITION + 2))
                 .clamp_length_max(-0.5 * pose.position_m.z);
             pose.position_m.z = pose.position_m.z.min(-NEAR_M);
+            // Along its ray, so that it stays where it is seen.
+            pose.position_m *= (FAR_M / -pose.position_m.z).min(1.0);
         }
         pose
     }
@@ -159,6 +168,10 @@ impl HandFit {
             row[POSITION..].fill(0.0);
             add(weight * (behind - observed.depths[joint]), &row);
         }
+        let depth_m = -pose.position_m.z;
+        let mut row = [0.0; PARAMETERS];
+        row[POSITION + 2] = -1.0 / (depth_m * SIGMA_LOG_DISTANCE);
+        add((depth_m / DISTANCE_M).ln() / SIGMA_LOG_DISTANCE, &row);
         for (k, coefficient) in pose.articulation.iter().enumerate() {
             let mut row = [0.0; PARAMETERS];
             row[k] = 1.0 / SIGMA_ARTICULATION;

@@ -2,7 +2,7 @@
 
 use glam::{Mat3, Mat4, Quat, Vec3, Vec4};
 
-use super::{FittedPose, JOINTS, JointObservation, NEAR_M};
+use super::{FAR_M, FittedPose, JOINTS, JointObservation, NEAR_M};
 
 /// The points that no finger moves: the wrist and the knuckles of index, middle, pinky, ring and thumb, as
 /// indices of [`EVALUATION_JOINTS`](evpose_pose::EVALUATION_JOINTS).
@@ -11,8 +11,6 @@ const PALM: [usize; 6] = [0, 6, 9, 12, 15, 18];
 const MIDDLE_KNUCKLE: usize = 9;
 /// Smallest score that counts: an image in which no joint is seen has a pose, too.
 const MIN_SCORE: f32 = 1e-3;
-/// Largest distance of a wrist from the camera, in metres.
-const FAR_M: f32 = 4.0;
 /// Newton steps to the distance of the wrist.
 const DISTANCE_STEPS: usize = 6;
 /// Squarings that bring out the largest eigenvector: powers of 1024.

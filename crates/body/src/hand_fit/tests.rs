@@ -102,7 +102,8 @@ fn joints_of_no_hand_give_a_finite_pose_before_the_camera() {
             presence: 0.0,
         };
         let fitted = fit.fit(&observed, FOCAL_CELLS);
-        assert!(fitted.position_m.is_finite() && fitted.position_m.z < 0.0, "{fitted:?}");
+        assert!(fitted.position_m.is_finite(), "{fitted:?}");
+        assert!((-FAR_M * 1.001..0.0).contains(&fitted.position_m.z), "{fitted:?}");
         assert!(fitted.articulation.iter().all(|value| value.abs() <= MAX_ARTICULATION));
     }
 }
