@@ -241,6 +241,7 @@ impl<'a> Planner<'a> {
         let storage =
             if is_low_precision { self.storage_at_precision(id)? } else { StorageType::F32 };
         let value = self.add_value(id, storage);
+        // A sum of one operand without an activation is a conversion between storage types.
         self.push_step(Step::LowPrecisionAdd(Activation::Identity), vec![from], value);
         Ok(value)
     }
@@ -303,6 +304,7 @@ impl<'a> Planner<'a> {
             self.level,
             storage,
         )?;
+        // Kernels of low precision read a residual of any storage type, those of f32 only f32.
         let residual = match residual {
             Some(id) if is_low_precision => Some(self.primary_value(id)),
             Some(id) => Some(self.value_as(id, false)?),

@@ -141,6 +141,7 @@ impl Dhp19Cnn {
         let x = doubled(&self.conv3_up, x);
         let x = through(x, &[&self.conv4a, &self.conv4b, &self.conv4c, &self.conv4d]);
         let x = doubled(&self.conv4_up, x);
+        // The published network has a ReLU behind its last layer too: heatmaps are never negative.
         through(x, &[&self.conv5a, &self.conv5d, &self.pred_cube])
     }
 

@@ -104,6 +104,7 @@ impl Table {
             let Some(time) = self.value(row, column)? else {
                 return Err(self.fault(row, column, "empty"));
             };
+            // Decimal seconds are not exact in binary: truncated, some would lose a microsecond.
             let t = Micros((time * unit_us).round() as i64);
             if rows.last().is_some_and(|(before, _)| *before >= t) {
                 return Err(self.fault(row, column, "not later than the line before"));

@@ -146,6 +146,7 @@ fn point(value: MatValue<'_>) -> Result<Point, MatError> {
     } else {
         match value.filled_field("is_visible")? {
             None => VisibleField::Empty,
+            // The release has this flag as text in some entries and as a number in others.
             Some(seen) if seen.class() == MatClass::Char => {
                 VisibleField::Text(seen.text()?.trim() == "1")
             }

@@ -134,6 +134,7 @@ fn bad_names(photographs: &[Photograph]) -> HashSet<usize> {
     let mut bad = HashSet::new();
     for photograph in photographs {
         let name = Path::new(&photograph.name);
+        // A path in an annotation file must not lead out of the folder of images.
         let is_plain = name.file_name().is_some_and(|plain| plain == name.as_os_str())
             && !photograph.name.contains(['\\', '\0']);
         if !is_plain || !stems.insert(stem(&photograph.name)) {

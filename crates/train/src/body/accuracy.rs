@@ -68,6 +68,7 @@ fn torso(label: &BodyLabel) -> Option<f32> {
     let diagonal =
         |[hip, shoulder]: [usize; 2]| Some(at(hip)?.position.distance(at(shoulder)?.position));
     let diagonals = [[number::HIP_L, number::SHOULDER_R], [number::HIP_R, number::SHOULDER_L]];
+    // Both diagonals are of nearly one length, so one stands for both if a joint is not labelled.
     match diagonals.map(diagonal) {
         [Some(a), Some(b)] => Some(0.5 * (a + b)),
         [one, other] => one.or(other),

@@ -165,6 +165,7 @@ fn constant_predictions(
 ) -> Vec<BodyPrediction> {
     let size_px = Vec2::new(f32::from(sensor.width), f32::from(sensor.height));
     let joints_px = pose.map(|joint| joint.map(|at| at * size_px));
+    // A constant needs no inference, hence no delay.
     let constant =
         |prediction: &BodyPrediction| BodyPrediction { joints_px, delay_s: 0.0, ..*prediction };
     predictions.iter().map(constant).collect()

@@ -223,6 +223,7 @@ impl RecentTimes {
             return;
         }
         let t = events.t();
+        // Of more events than fit, only those that remain are copied.
         let newest = &t[t.len().saturating_sub(self.most)..];
         let over = (self.times.len() + newest.len()).saturating_sub(self.most);
         self.times.drain(..over);

@@ -278,6 +278,7 @@ impl<'a> Run<'a> {
         // Each device takes its part of every batch.
         let train = devices.share(train, &self.interrupter);
         let size = self.span.batch_size;
+        // Validation needs no gradients: its device is the one without autodiff.
         let valid = BatchLoader::validation(valid, size, validation_samples, device);
         let [weights, optimizer, schedule] =
             AtomicCheckpointer::parts(&self.directory.checkpoints());
@@ -312,6 +313,7 @@ impl<'a> Run<'a> {
         #[cfg(feature = "tui")]
         use std::io::IsTerminal as _;
         if let Some(callback) = &self.options.progress {
+            // For the caller, a run that pauses is complete at the pause.
             let steps = self.span.steps_by(self.last_interval());
             let span = TrainingSpan { steps, ..self.span };
             return Box::new(ProgressRenderer::new(callback.clone(), span));
@@ -357,6 +359,7 @@ impl<'a> Run<'a> {
         interval: usize,
         device: &Device,
     ) -> Result<T::Network, TrainError> {
+        // Nothing is trained with this guard, and it must not stop the training that asks.
         let guard = Guard::new(Interrupter::new());
         let learner = Learner::new(task.untrained(device)?, task.loss(), guard);
         let path = weights_path(&self.directory.checkpoints(), interval);

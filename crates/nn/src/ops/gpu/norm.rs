@@ -155,6 +155,8 @@ impl Norm {
                 element,
             );
         }
+        // The gradient by a value needs the sums over the whole batch, so it has a launch of its
+        // own.
         let sums = partial.map(|partial| sum_pieces(partial, Shape::from([channels])));
         let [by_beta, by_gamma] = sums.clone().map(CubeTensor::into_tensor_arg);
         let [gamma, beta, mean, variance] = norm.map(CubeTensor::into_tensor_arg);

@@ -78,6 +78,7 @@ impl View {
         let storage = container.storage(&self.storage);
         let missing = || TensorError::of(format!("storage {} is missing", self.storage));
         let storage = storage.ok_or_else(missing)?;
+        // Nearly all weights are contiguous: one copy does instead of one for each element.
         let bytes = if self.is_contiguous() { self.slice(storage) } else { self.gather(storage) };
         let outside = || TensorError::of(format!("it lies outside of storage {}", self.storage));
         let bytes = bytes.ok_or_else(outside)?;
