@@ -249,6 +249,7 @@ impl Engine {
         // Taken out for the borrow checker; an output is never one of its inputs.
         let blank = Buffer::zeros([0; 3], 0, StorageType::F32);
         let mut image = std::mem::replace(&mut self.buffers[*output], blank);
+        // Values of another element type may have been in this buffer before.
         if let (Buffer::LowPrecision(image), StorageType::LowPrecision(element_type)) =
             (&mut image, storage)
         {

@@ -122,6 +122,7 @@ impl<'a> Planner<'a> {
             FusedOp::Add { inputs, activation } => {
                 let inputs = inputs.map(|id| self.primary_value(id));
                 let is_f32 = inputs.iter().all(|value| self.values[*value].storage.is_f32());
+                // Only the kernel of low precision reads mixed storage types.
                 let is_low_precision = !is_f32 || !self.preferred_storage(id)?.is_f32();
                 let step = if is_low_precision {
                     Step::LowPrecisionAdd(activation)

@@ -88,6 +88,7 @@ impl Adam {
             beta_1: 0.9,
             beta_2: 0.999,
             epsilon: EPSILON,
+            // Long before that many steps both corrections have become 1.
             time: i32::try_from(time).unwrap_or(i32::MAX),
         };
         let (parameter, [first, second]) = step(parameter, gradient, moments, settings);

@@ -88,6 +88,7 @@ pub(crate) fn estimate_filters(
     let unfiltered = errors(&|track| Ok(track.clone()))?;
     let mut best = [(f64::INFINITY, HIGHEST_HZ); 3];
     for k in 0..CUTOFFS {
+        // The lag goes with the inverse of the cut-off, so the steps are geometric.
         let share = f64::from(k) / f64::from(CUTOFFS - 1);
         let cutoff_hz = LOWEST_HZ * (HIGHEST_HZ / LOWEST_HZ).powf(share);
         let config = with_noise(residuals.noise(cutoff_hz));

@@ -150,6 +150,7 @@ pub fn import_hand(
     let names: Vec<String> =
         (0..parts.len()).map(|index| name_of(name, index, parts.len())).collect();
     let format = EventFormat::of_hands(&config.simulation)?;
+    // All names are checked before the first file is written.
     for name in names.iter().filter(|_| !options.replace) {
         if let Some(path) =
             [format.ending(), "evc", "meta"].iter().map(|e| files(name, e)).find(|p| p.exists())
