@@ -161,6 +161,7 @@ mod tests {
             let ours: Vec<_> = slots(&network)
                 .into_iter()
                 .map(|mut slot| {
+                    // PyTorch stores linear weights by outputs first.
                     if slot.is_linear_weight() {
                         slot.shape.reverse();
                     }

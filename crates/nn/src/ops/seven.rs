@@ -75,6 +75,7 @@ mod tests {
             .with_padding(PaddingConfig2d::Explicit(3, 3, 3, 3))
             .with_bias(false)
             .init(&device);
+        // Sides are even, odd, and shorter than the kernel.
         for (height, width) in [(12, 16), (13, 16), (12, 9), (7, 7), (1, 2)] {
             let shape = [2, 3, height, width];
             let x = Tensor::<4>::random(shape, Distribution::Uniform(-1.0, 1.0), &device);

@@ -140,6 +140,7 @@ mod tests {
     /// Shoulders a fifth apart, hips half of the image below: diagonals of `0.5385`.
     fn label() -> BodyLabel {
         let mut positions = [Vec2::splat(0.5); 13];
+        // Both diagonals are 0.2 wide and 0.5 high: sqrt(0.29) long.
         positions[number::SHOULDER_L] = Vec2::new(0.6, 0.2);
         positions[number::SHOULDER_R] = Vec2::new(0.4, 0.2);
         positions[number::HIP_L] = Vec2::new(0.6, 0.7);

@@ -223,6 +223,7 @@ impl HandDataset {
     fn cropped(&self, sequence: &HandSequence, sample: Sample, seed: u64, number: u64) -> Sample {
         let Some(two_pass) = &self.two_pass else { return sample };
         let pose = HandParams::from_array(sample.pose);
+        // A crop turns the camera as well, which a mirror would turn the other way.
         let crop = match sequence.hand() {
             HandSide::Right => two_pass.draw(&pose, seed, number),
             HandSide::Left => PerspectiveCrop::WHOLE,

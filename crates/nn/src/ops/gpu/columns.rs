@@ -264,6 +264,7 @@ impl Product {
         });
         let client = out.client.clone();
         launch_ref(
+            // Plain units, not matrix units, which would round f32 to TF32.
             &Strategy::MultiLevel(MultiLevel::DoubleUnit(Default::default())),
             &client,
             InputBinding::new(a.binding(), element),

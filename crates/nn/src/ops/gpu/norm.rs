@@ -38,6 +38,7 @@ pub(super) fn statistics(
 ) -> [CubeTensor; 4] {
     let input = permute_nchw_to_nhwc(input);
     let [batch, height, width, channels] = input.shape().dims();
+    // Channels are too few to keep a GPU busy: pieces of the pixels are summed in parallel.
     let (count, per) = pieces(batch * height * width, channels);
     let [sums, squares] = [(); 2].map(|()| empty(&input, Shape::from([count, channels])));
     let outputs = [(); 4].map(|()| empty(&input, Shape::from([channels])));

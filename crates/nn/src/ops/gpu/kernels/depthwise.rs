@@ -19,6 +19,7 @@ pub(crate) fn forward<E: Float>(
     if ABSOLUTE_POS >= output.len() {
         terminate!();
     }
+    // Channels are last, so that neighbouring threads read neighbours.
     let (rest, channel) = shape.index(3).div_mod(ABSOLUTE_POS);
     let (rest, j) = shape.index(2).div_mod(rest);
     let (image, i) = shape.index(1).div_mod(rest);
