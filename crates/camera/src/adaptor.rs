@@ -175,6 +175,7 @@ fn cover(
         (low, high) = (low.min(at), high.max(at));
     }
     let size = [view.sensor.width, view.sensor.height].map(f64::from);
+    // Beyond the view the range is empty.
     let cells = |low: f64, high: f64, side: f64| {
         (low.floor().max(0.0) as u32)..(high.ceil().clamp(0.0, side) as u32)
     };

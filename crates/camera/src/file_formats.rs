@@ -41,6 +41,7 @@ pub(crate) fn read_file(path: &Path) -> Result<CameraOfFile, CalibrationError> {
     if is_yaml(text) {
         return entry::of_yaml(text).and_then(|entries| opencv(&entries)).map_err(malformed);
     }
+    // What is of no other format is taken for ours, whose errors name the fields.
     let file = CameraFile::load(path)?;
     Ok(CameraOfFile { sensor: Some(file.sensor), camera: file.camera()? })
 }

@@ -93,6 +93,7 @@ impl Dhp19CnnConfig {
                 .with_initializer(module::Initializer::Zeros)
                 .init(device)
         };
+        // Without padding the output has a row and a column too many, which `doubled` drops.
         let up = |channels: [usize; 2]| {
             ConvTranspose2dConfig::new(channels, [3, 3])
                 .with_stride([2, 2])

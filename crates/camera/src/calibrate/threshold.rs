@@ -219,6 +219,7 @@ impl<'a> ThresholdRun<'a> {
         let of = |statistic: &dyn Fn(&[usize]) -> f64| bootstrap(tiles.len(), &config, statistic);
         let ratio = |light: fn(&Tile) -> f64, events: fn(&Tile) -> usize| {
             of(&|drawn| {
+                // An event is one threshold of change: the light per event is the threshold.
                 let light: f64 = drawn.iter().map(|i| light(&tiles[*i])).sum();
                 light / drawn.iter().map(|i| events(&tiles[*i])).sum::<usize>() as f64
             })

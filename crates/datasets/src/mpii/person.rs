@@ -111,6 +111,7 @@ impl Person {
     pub(super) fn to_still(&self, parity: bool) -> stills::Person {
         let joint = |joint: usize| {
             let visibility = match part(joint) {
+                // The head is no annotated point: no flag says that it is hidden.
                 None => Some(Visibility::Visible),
                 Some(part) => self.point(part)?.is_visible.visibility(parity),
             };

@@ -260,6 +260,7 @@ fn finish(
     let converted = Converted { images, persons, not_for_training, labelled, skipped };
     let counts = converted.skipped_by_reason();
     let missing = counts.get(&SkipReason::NoImage).copied().unwrap_or(0);
+    // A wrong folder of images must not end as an empty data set.
     if images == 0 && missing > 0 {
         let reason = format!("{missing} of {photographs} are missing and nobody is on the others");
         return Err(DatasetError::malformed(&options.images, "photographs", reason));

@@ -135,6 +135,7 @@ pub(super) fn calibrate_confidence(
             },
         )
         .reduce(FoundScores::default, FoundScores::merge);
+    // Without a right joint nothing can be calibrated, and the defaults stay.
     if let Some(threshold) = scores.threshold() {
         checkpoint.config.decoding.confidence = threshold;
         if let Some(min_score) = scores.min_score(threshold) {

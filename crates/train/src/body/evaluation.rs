@@ -111,6 +111,7 @@ pub fn evaluate_body(
         let truth = ground_truth(&track.0);
         let windows = Windows::open(events, &OpenOptions::default())?;
         let calibration = Calibration::choose(camera, windows.sensor())?;
+        // Recordings run in parallel, and each needs the buffers of an engine of its own.
         let mut stream = body_stream(checkpoint, &calibration, None, predictor.another())?;
         stream.frontend = stream.frontend.with_filter(checkpoint.config.filter)?;
         let recording = RecordingStream::new(windows, stream, InferenceSchedule::Every(every));

@@ -163,6 +163,7 @@ fn score_recording(
     let sequence = |joints: fn(&PropagatedPose) -> BodyPoints| {
         let predictions: Vec<BodyPrediction> = poses
             .iter()
+            // Their delay is simulated already: a pose comes at the time at which it is known.
             .map(|pose| BodyPrediction { t_s: pose.t_s, delay_s: 0.0, joints_px: joints(pose) })
             .collect();
         BodySequence::evaluate(&truth, &predictions, &protocol)

@@ -246,6 +246,7 @@ impl HandDataset {
         let (sequence, frame) = self.locate(index);
         let input = self.window(sequence, frame, self.window_frames)?;
         let sample = self.labelled(sequence, frame, input)?;
+        // Another seed than in training, whose crops validation must not repeat.
         Ok(self.cropped(sequence, sample, !self.seed, index))
     }
 
@@ -280,6 +281,7 @@ impl HandDataset {
         let first = (frame + 1).saturating_sub(u64::from(length));
         let missing = length - (frame + 1 - first) as u32;
         let mut events = sequence.events.frame_events(first..frame + 1)?;
+        // Before the turn, since noise has no neighbours among the pixels of its own sensor.
         if let Some(denoise) = &self.denoise {
             keep_confirmed(&mut events, denoise, self.sensor);
         }

@@ -209,11 +209,13 @@ impl<'a> Run<'a> {
         );
         let supervised = self.supervised(task, devices, data, &history);
 
+        // The rate is that of training alone: preparation does not count.
         let started = Instant::now();
         let result = supervised.launch(learner);
         let elapsed = started.elapsed();
         // A dashboard gives the terminal back when it is dropped, before anything is printed.
         drop(result.renderer);
+        // Also after a fault: a resumed run needs the lines of its checkpoints.
         history.flush()?;
         let interruption = result.interrupted.map(|interruption| interruption.reason);
         self.check_end(&guard, result.error.map(|error| error.to_string()), interruption)?;
@@ -231,6 +233,7 @@ impl<'a> Run<'a> {
         } else {
             T::save(&last, &self.directory.0.join(LAST))?;
         }
+        // In memory there is the last network alone.
         let mut best = match best_interval {
             Some(best) => task.checkpoint(self.restore(task, best, devices.main())?),
             None => last,
@@ -240,6 +243,7 @@ impl<'a> Run<'a> {
             // The last file of all: where it is, the training has ended.
             T::save(&best, &path)?;
         }
+        // A resumed run did not compute the steps before its checkpoint.
         let steps = self.span.steps_by(done) - self.span.steps_by(self.resumed.min(done));
         let samples = steps * self.span.batch_size as u64;
         Ok(TrainSummary {

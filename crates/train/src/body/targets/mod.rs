@@ -174,6 +174,7 @@ impl BodyGrid {
                 continue;
             };
             self.blobs.add(heatmap, cell, size);
+            // Joints of other people are joints: a network must not learn to suppress them.
             let others = label.other_keypoints.get(joint).into_iter().flatten();
             others.filter_map(|&at| self.cell(at)).for_each(|at| self.blobs.add(heatmap, at, size));
         }
