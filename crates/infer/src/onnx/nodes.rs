@@ -95,6 +95,7 @@ fn conv(
     ];
     match layer.activation {
         Activation::Identity => writer.operator("Conv", inputs, name, attributes),
+        // ONNX's convolution has no activation: another operator takes its sums.
         Activation::Relu => {
             let sums = writer.operator("Conv", inputs, format!("{name}.sums"), attributes);
             writer.operator("Relu", vec![sums], name, vec![])

@@ -116,6 +116,7 @@ impl View {
             }
             let start = index.checked_mul(self.size)?;
             gathered.extend_from_slice(storage.get(start..)?.get(..self.size)?);
+            // The last index runs fastest: row-major order.
             for (at, &length) in position.iter_mut().zip(&self.shape).rev() {
                 *at = (*at + 1) % length;
                 if *at != 0 {
