@@ -53,6 +53,8 @@ impl ViewAdaptor {
     /// Prepares the map from a sensor to a view.
     pub fn new(calibration: &Calibration, view: &CanonicalView) -> Self {
         let sensor = calibration.sensor;
+        // One list for all pixels, cut by `starts`: a `Vec` for each would miss the cache at
+        // events.
         let mut starts = Vec::with_capacity(sensor.pixels() + 1);
         let mut covered = Vec::new();
         for y in 0..sensor.height {
@@ -110,6 +112,7 @@ impl ViewAdaptor {
                 let change = &mut self.change[cell as usize];
                 *change += sign * share;
                 if sign * *change >= THRESHOLD {
+                    // What exceeds the threshold counts towards the next event.
                     *change -= sign;
                     let (x, y) = ((cell % view_width) as u16, (cell / view_width) as u16);
                     // In the view and in order, as the events themselves.
@@ -175,6 +178,7 @@ fn cover(
         (low, high) = (low.min(at), high.max(at));
     }
     let size = [view.sensor.width, view.sensor.height].map(f64::from);
+    // Beyond the view the range is empty.
     let cells = |low: f64, high: f64, side: f64| {
         (low.floor().max(0.0) as u32)..(high.ceil().clamp(0.0, side) as u32)
     };

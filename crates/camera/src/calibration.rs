@@ -165,6 +165,7 @@ impl Calibration {
             return Self { note: Some(note), ..Self::guessed(sensor) };
         }
         let note = format!("the calibration of a sensor of {} is scaled to {sensor}", self.sensor);
+        // Coordinates count from the corner of the first pixel: the principal point scales alike.
         let camera = LensCamera {
             focal_px: self.camera.focal_px * scale,
             principal_px: self.camera.principal_px * scale,

@@ -34,6 +34,7 @@ impl CanonicalView {
     /// DAVIS346, inside a border that makes it 4 to 3.
     pub fn for_bodies(calibration: &Calibration) -> Self {
         let own = size_px(calibration.sensor);
+        // At least one: a narrower sensor is not enlarged.
         let pooled = (own.x / BODY_WIDTH_PX).round().max(1.0);
         let inner = (own / pooled).ceil();
         let aspect = inner.x / inner.y;
@@ -47,6 +48,7 @@ impl CanonicalView {
         // Whole pixels: pooled ones must not straddle those of the sensor.
         let border = (0.5 * (outer - inner)).floor();
         let camera = &calibration.camera;
+        // A pinhole view has square pixels, so both axes share a focal length.
         let focal_px = 0.5 * (camera.focal_px.x + camera.focal_px.y) / pooled;
         let principal_px = camera.principal_px / pooled + border;
         Self {

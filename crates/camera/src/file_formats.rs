@@ -41,6 +41,7 @@ pub(crate) fn read_file(path: &Path) -> Result<CameraOfFile, CalibrationError> {
     if is_yaml(text) {
         return entry::of_yaml(text).and_then(|entries| opencv(&entries)).map_err(malformed);
     }
+    // What is of no other format is taken for ours, whose errors name the fields.
     let file = CameraFile::load(path)?;
     Ok(CameraOfFile { sensor: Some(file.sensor), camera: file.camera()? })
 }
@@ -184,6 +185,7 @@ fn opencv(entries: &[Entry]) -> Result<CameraOfFile, CalibrationError> {
         .iter()
         .filter(|entry| INTRINSICS.contains(&&*entry.key))
         .map(|entry| &entry.above)
+        // Of equals `min_by_key` returns the first: a camera at the top wins, else the first entry.
         .min_by_key(|above| !above.is_empty())
         .ok_or_else(|| {
             invalid("no `camera_matrix`, `K` or `intrinsics`, as OpenCV, ROS and kalibr write them")
@@ -224,10 +226,12 @@ fn opencv(entries: &[Entry]) -> Result<CameraOfFile, CalibrationError> {
         Ok((entry.to_string(), entry.words.iter().map(number).collect::<Result<_, _>>()?))
     };
     let (at, values) = list(&INTRINSICS)?;
+    // OpenCV and ROS write the whole 3x3 matrix by rows, kalibr the four values alone.
     let intrinsics = match values[..] {
         [fx, _, cx, _, fy, cy, _, _, _] | [fx, fy, cx, cy] => [fx, fy, cx, cy],
         _ => return Err(invalid(format!("{at}: {} values instead of 9 or 4", values.len()))),
     };
+    // `resolution` has both values in one list, the other keys have one each.
     let (width_at, mut size) = list(&["image_width", "width", "resolution"])?;
     let (height_at, height) = list(&["image_height", "height"])?;
     let size_at = if size.is_empty() { height_at } else { width_at };

@@ -49,6 +49,7 @@ pub(crate) struct PolarityEvidence {
 impl PolarityEvidence {
     pub(crate) fn new(sensor: SensorSize) -> Self {
         let last = vec![NEVER; sensor.pixels()];
+        // sooner.
         let near = NEAR.0 * i64::from(sensor.width.max(NEAR_WIDTH)) / i64::from(NEAR_WIDTH);
         let (width, near) = (sensor.width.into(), Micros(near));
         Self {
@@ -112,6 +113,7 @@ impl PolarityEvidence {
         let share = |count: u32| count as f32 / PAIRS as f32;
         if self.are_of_edges(end) {
             let on = share(self.on);
+            // Independent polarities agree if both are ON or both are OFF.
             let chance = on * on + (1.0 - on) * (1.0 - on);
             let deviation = (share(self.agreeing) - chance).abs();
             self.is_lost = deviation <= DEVIATION * (1.0 - chance);

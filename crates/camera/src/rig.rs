@@ -99,6 +99,7 @@ fn of_projection(entry: &ProjectionEntry, rig: &Path) -> Result<PlacedCamera, Ca
     }
     if let Some(height) = entry.rows_from_bottom_of {
         let [_, row, depth] = rows;
+        // A row is the quotient of both: from the bottom it is `height` less that.
         rows[1] = std::array::from_fn(|k| height * depth[k] - row[k]);
     }
     PlacedCamera::from_projection(rows)

@@ -161,6 +161,7 @@ fn at_rest(counts: impl Fn(u16, u16) -> [i64; 2], part: i64) -> Noise {
                 WINDOW.start + Micros((2 * k + 1) * WINDOW.length().0 / (2 * count * part))
             };
             events.extend((0..count).map(|k| Event { t: t(k), x, y, polarity }));
+            // Events just before and behind the window must not count.
             let outside = [WINDOW.start - Micros(1), WINDOW.end];
             events.extend(outside.map(|t| Event { t, x, y, polarity }));
         }

@@ -130,6 +130,7 @@ fn at_rest(rates: impl Fn(usize) -> [f64; 2]) -> EventStream {
                 CounterRng::new(7, "rest", 2 * pixel as u64 + u64::from(polarity.is_on()));
             let mut t_s = 0.0_f64;
             loop {
+                // Intervals of a Poisson process are exponential.
                 t_s -= f64::from(rng.unit()).ln() / rate;
                 if t_s >= 10.0 {
                     break;

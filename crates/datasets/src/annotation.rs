@@ -137,6 +137,7 @@ fn from_entry(path: &Path, index: usize, entry: Entry) -> Result<Annotation, Dat
 fn to_entry(annotation: &Annotation) -> Entry {
     let label = &annotation.label;
     let keypoint = |keypoint: &Keypoint| {
+        // These are the values of COCO.
         let visibility = match keypoint.visibility {
             Visibility::Unlabelled => 0.0,
             Visibility::Hidden => 1.0,

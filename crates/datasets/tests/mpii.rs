@@ -200,6 +200,7 @@ fn bytes_depend_neither_on_threads_nor_on_interruptions() {
     };
     let first = on(1, &options);
     let one = files(&options.output);
+    // An interruption leaves images without the list of them.
     std::fs::remove_file(options.output.join("poses.json")).unwrap();
     std::fs::remove_file(options.output.join("images/b.b_1.png")).unwrap();
     assert_eq!(on(3, &options), first);

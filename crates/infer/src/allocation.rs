@@ -64,9 +64,12 @@ impl Planner<'_> {
             let output = slots[output];
             steps.push(AllocatedStep { step, inputs: input_slots, output, storage, node });
             // A sum of a value with itself would release its buffer twice, hence without repeats.
-            let mut dead = inputs;
-            dead.retain(|input| self.values[*input].last_use == now);
-            dead.dedup();
+            let mut dead = Vec::with_capacity(inputs.len());
+            for input in inputs {
+                if self.values[input].last_use == now && !dead.contains(&input) {
+                    dead.push(input);
+                }
+            }
             dead.into_iter().for_each(|input| memory.release(slots[input]));
         }
         let affine = match self.graph.nodes[first].operation {

@@ -113,6 +113,7 @@ impl Engine {
         if !Level::available().contains(&level) {
             return Err(InferError::Level { level: level.to_string() });
         }
+        // Ranges of another network would quantise without any sign of it.
         if let Some(ranges) = ranges {
             ranges.check(graph)?;
         }
@@ -233,6 +234,7 @@ impl Engine {
 
     /// Copies an image to the buffer of the input.
     fn copy_input(&mut self, input: &[f32]) {
+        // An affine map of the input is applied while it is copied, which saves a pass over it.
         let (slot, affine) = self.input;
         match &mut self.buffers[slot] {
             Buffer::Nchw(image) => image.copy_from(&self.thread_pool, self.level, input, affine),
@@ -247,6 +249,7 @@ impl Engine {
         // Taken out for the borrow checker; an output is never one of its inputs.
         let blank = Buffer::zeros([0; 3], 0, StorageType::F32);
         let mut image = std::mem::replace(&mut self.buffers[*output], blank);
+        // Values of another element type may have been in this buffer before.
         if let (Buffer::LowPrecision(image), StorageType::LowPrecision(element_type)) =
             (&mut image, storage)
         {

@@ -57,6 +57,8 @@ pub(crate) fn fuse(graph: &Graph) -> Vec<FusedOp> {
             }
             Operation::Relu => {
                 let input = node.inputs[0];
+                // The activation's node takes over the operation, which then runs once, with its
+                // epilogue.
                 let mut op = fused[input].clone();
                 match &mut op {
                     FusedOp::Conv { activation, .. } | FusedOp::Add { activation, .. }

@@ -122,6 +122,7 @@ impl<'a> Planner<'a> {
             FusedOp::Add { inputs, activation } => {
                 let inputs = inputs.map(|id| self.primary_value(id));
                 let is_f32 = inputs.iter().all(|value| self.values[*value].storage.is_f32());
+                // Only the kernel of low precision reads mixed storage types.
                 let is_low_precision = !is_f32 || !self.preferred_storage(id)?.is_f32();
                 let step = if is_low_precision {
                     Step::LowPrecisionAdd(activation)
@@ -241,6 +242,7 @@ impl<'a> Planner<'a> {
         let storage =
             if is_low_precision { self.storage_at_precision(id)? } else { StorageType::F32 };
         let value = self.add_value(id, storage);
+        // A sum of one operand without an activation is a conversion between storage types.
         self.push_step(Step::LowPrecisionAdd(Activation::Identity), vec![from], value);
         Ok(value)
     }
@@ -303,6 +305,7 @@ impl<'a> Planner<'a> {
             self.level,
             storage,
         )?;
+        // Kernels of low precision read a residual of any storage type, those of f32 only f32.
         let residual = match residual {
             Some(id) if is_low_precision => Some(self.primary_value(id)),
             Some(id) => Some(self.value_as(id, false)?),

@@ -35,6 +35,7 @@ fn with_statistics<M: Module>(network: &M, size: f32) -> M {
         move |slot| {
             let (_, values) = values.next().unwrap();
             let noise = image(values.len() as u32, values.len());
+            // Untrained statistics are 0 and 1, which an engine that ignores them would pass.
             let pairs = values.into_iter().zip(noise);
             match slot.name() {
                 "running_var" => pairs.map(|(value, noise)| value * (0.5 + noise)).collect(),

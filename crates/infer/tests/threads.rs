@@ -39,6 +39,7 @@ fn median_s(engine: &mut Engine, image: &[f32]) -> f64 {
 /// How many times as long an engine takes beside a thread that never rests.
 fn slower_beside(engine: &mut Engine, image: &[f32]) -> f64 {
     let ratio = |_| {
+        // Both are measured in turn, so that a change of the clock rate meets both.
         let alone = median_s(engine, image);
         let is_over = AtomicBool::new(false);
         let beside = thread::scope(|scope| {

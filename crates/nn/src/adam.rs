@@ -29,6 +29,7 @@ impl std::fmt::Debug for Adam {
 impl Adam {
     /// The optimiser with this weight decay.
     pub fn new(weight_decay: f32) -> Self {
+        // A decay of zero would still cost Burn a pass over every parameter.
         let decay = (weight_decay > 0.0).then(|| WeightDecayConfig::new(weight_decay));
         let config = AdamConfig::new().with_epsilon(EPSILON).with_weight_decay(decay);
         Self {
@@ -87,6 +88,7 @@ impl Adam {
             beta_1: 0.9,
             beta_2: 0.999,
             epsilon: EPSILON,
+            // Long before that many steps both corrections have become 1.
             time: i32::try_from(time).unwrap_or(i32::MAX),
         };
         let (parameter, [first, second]) = step(parameter, gradient, moments, settings);

@@ -93,6 +93,7 @@ impl Dhp19CnnConfig {
                 .with_initializer(module::Initializer::Zeros)
                 .init(device)
         };
+        // Without padding the output has a row and a column too many, which `doubled` drops.
         let up = |channels: [usize; 2]| {
             ConvTranspose2dConfig::new(channels, [3, 3])
                 .with_stride([2, 2])
@@ -141,6 +142,7 @@ impl Dhp19Cnn {
         let x = doubled(&self.conv3_up, x);
         let x = through(x, &[&self.conv4a, &self.conv4b, &self.conv4c, &self.conv4d]);
         let x = doubled(&self.conv4_up, x);
+        // The published network has a ReLU behind its last layer too: heatmaps are never negative.
         through(x, &[&self.conv5a, &self.conv5d, &self.pred_cube])
     }
 

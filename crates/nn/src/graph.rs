@@ -141,6 +141,7 @@ impl Graph {
         let root = TracedNode { id: 0, channels, nodes: Rc::clone(&nodes) };
         let input = root.node("input", Operation::Input, vec![], channels);
         let outputs = forward(input).into_iter().map(|output| output.id).collect();
+        // `root` still shares the list, so it cannot be unwrapped from its `Rc`.
         let nodes = std::mem::take(&mut nodes.borrow_mut().list);
         Self { nodes, outputs }
     }
@@ -299,6 +300,7 @@ impl NetOps for TracedNode {
             dilation: [1; 2],
             weight: vec![1.0 / 9.0; 9 * channels],
             bias: vec![0.0; channels],
+            // Pixels at the edges are divided by nine as well: zeros beyond the edges count.
             activation: Activation::Identity,
         };
         self.next("local-mean", Operation::Conv(conv), channels)

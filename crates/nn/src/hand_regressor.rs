@@ -170,6 +170,7 @@ mod tests {
             let ours: Vec<_> = slots(&network)
                 .into_iter()
                 .map(|mut slot| {
+                    // PyTorch stores linear weights by outputs first.
                     if slot.is_linear_weight() {
                         slot.shape.reverse();
                     }

@@ -25,6 +25,7 @@ pub(crate) fn reordered<M: Module>(
 ) -> M {
     let mut values = read(&network).into_iter();
     fill(network, |slot| {
+        // Reading and filling visit the tensors in the same order.
         let (_, values) = values.next().unwrap_or_else(|| unreachable!("every slot is read"));
         let JointAxes { first, second } = axes(slot);
         let [outer, inner] = match *slot.shape.as_slice() {

@@ -44,6 +44,7 @@ impl Network {
             let config = MoveEnetConfig { width, ..MoveEnetConfig::default() };
             return Ok(Self::Body(Box::new(config.init(seed, device)?)));
         }
+        // The registry's own error would list backbones alone, without MoveEnet.
         let Ok(entry) = backbone_by_name(name) else {
             let known: Vec<_> = Self::names().collect();
             return Err(NnError::UnknownNetwork { name: name.to_owned(), known: known.join(", ") });

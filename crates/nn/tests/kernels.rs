@@ -263,6 +263,7 @@ fn our_kernels_train_as_burns_do() {
         ];
         assert!(off.iter().all(|off| *off < 1e-4), "off by {off:?} of the gradient");
     }
+    // Threads finish in any order, which must not change the order of sums.
     let twice = [first; 2].map(|seed| step(hand("resnet18", seed), SIZE, Arithmetic::Ours));
     assert!(twice[0] == twice[1]);
     let twice = [first; 2].map(|seed| step(body(seed), SIZE, Arithmetic::Ours));

@@ -52,6 +52,8 @@ impl Share {
 
     /// The part of `batch` that is this share.
     fn select(self, batch: &Range<u64>) -> Range<u64> {
+        // Shares of one bound meet there: no sample is lost or taken twice if devices do not
+        // divide it.
         let length = batch.end - batch.start;
         let at = |device: u64| batch.start + length * device / self.devices;
         at(self.device)..at(self.device + 1)

@@ -126,6 +126,7 @@ fn complete_checkpoints(directory: &Path) -> Result<Vec<usize>, TrainError> {
             let name = entry.ok()?.file_name().into_string().ok()?;
             name.strip_prefix("model-")?.strip_suffix(".bpk")?.parse().ok()
         })
+        // A crash may have left some parts of one, from which no run can be resumed.
         .filter(|&interval| PARTS.iter().all(|part| part_path(directory, part, interval).exists()))
         .collect();
     complete.sort_unstable_by(|a, b| b.cmp(a));

@@ -132,6 +132,7 @@ impl History {
                 lines.push(line);
             }
         }
+        // A crash here must not lose the lines of intervals that have a checkpoint.
         evpose_core::atomic_write(path, kept.as_bytes()).map_err(|e| io_error(path, e))?;
         let file = File::options().append(true).open(path).map_err(|e| io_error(path, e))?;
         let shared = Shared {

@@ -46,6 +46,7 @@ impl SampleOrder {
     fn permute(&self, pass: u64, index: u64) -> u64 {
         let mask = (1 << self.half_bits) - 1;
         let (mut left, mut right) = (index >> self.half_bits, index & mask);
+        // Each round can be undone, whatever it mixes in: no two indices meet.
         for round in 0..ROUNDS {
             let mixed = seed_for(self.seed, "sample order", (pass * ROUNDS + round) << 32 | right);
             (left, right) = (right, left ^ (mixed & mask));

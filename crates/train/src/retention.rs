@@ -19,6 +19,7 @@ pub(crate) fn best_interval(losses: &BTreeMap<usize, f64>) -> Option<usize> {
 /// The checkpoints to delete once `interval` is saved: retained before, and no longer.
 fn superseded(losses: &BTreeMap<usize, f64>, interval: usize) -> Vec<usize> {
     let retained = |now: usize| -> Vec<usize> {
+        // The best as known then: a later loss must not change what was retained.
         let known = losses.range(..=now).map(|(&i, &loss)| (i, loss)).collect();
         [Some(now), now.checked_sub(1), best_interval(&known)].into_iter().flatten().collect()
     };

@@ -113,6 +113,7 @@ pub fn noise(events: &EventStream, window: TimeWindow, seed: u64) -> Result<Nois
             parts[part(event.t, window)][usize::from(event.polarity.is_on())] += 1;
         }
     }
+    // At least one: of a sensor that is hot all over, rates are 0, not NaN.
     let quiet = is_hot.iter().filter(|is_hot| !**is_hot).count().max(1) as f64;
     let config = BootstrapConfig { resamples: RESAMPLES, seed };
     let rate = |polarity: usize| {
@@ -179,6 +180,7 @@ fn motion(events: &EventStream, window: TimeWindow, is_hot: &[bool]) -> Option<M
         moved.extend(above.map(|part| (f64::from(counts[part]) / rest, tile, part)));
     }
     moved.sort_by(|a, b| b.0.total_cmp(&a.0));
+    // Many events of a single pixel are noise: what moves passes over several.
     let of_many_pixels = |(_, tile, part): &&(f64, usize, usize)| {
         let mut own = std::collections::BTreeMap::<usize, u32>::new();
         let here = range.clone().filter_map(place).filter(|at| (at.0, at.1) == (*tile, *part));
@@ -189,6 +191,7 @@ fn motion(events: &EventStream, window: TimeWindow, is_hot: &[bool]) -> Option<M
     let (times, tile, part) = *moved.iter().find(of_many_pixels)?;
     let length = window.length().as_seconds() / PARTS as f64;
     let tile = [tile % TILES[0], tile / TILES[0]];
+    // Rounded up, since `tile_at` rounds down.
     let [columns, rows] =
         [0, 1].map(|k| [tile[k], tile[k] + 1].map(|at| (at * size[k]).div_ceil(TILES[k])));
     let [columns, rows] = [columns, rows].map(|[first, end]| [first as u16, end as u16 - 1]);

@@ -27,6 +27,7 @@ impl Heights {
 /// The median of all heights of some histograms, in a line inside its bin; not a number if there
 /// are none.
 pub(crate) fn median<'a>(of: impl Iterator<Item = &'a Heights>) -> f64 {
+    // Histograms add up: a bootstrap over tiles need not go over the events again.
     let mut sums = vec![0_u64; BINS];
     for heights in of {
         for (sum, n) in sums.iter_mut().zip(&heights.0) {

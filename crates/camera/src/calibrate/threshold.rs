@@ -142,6 +142,7 @@ impl<'a> ThresholdRun<'a> {
         if size != self.size {
             return Err(CalibrateError::Size { frames: size, events: self.size });
         }
+        // The floor also keeps the logarithm of black finite.
         let log: Vec<f32> = frame.data().iter().map(|y| y.max(self.floor).ln()).collect();
         if let Some(before) = self.before.take() {
             self.change(&before, &log);
@@ -157,6 +158,7 @@ impl<'a> ThresholdRun<'a> {
         let width = usize::from(self.size.width);
         for (pixel, (a, b)) in before.iter().zip(after).enumerate() {
             let tile = &mut self.tile_states[self.tiles.at(pixel % width, pixel / width)];
+            // A net change would cancel: ON events count what rises, OFF events what falls.
             let change = f64::from(b - a);
             tile.rise += change.max(0.0);
             tile.fall += (-change).max(0.0);
@@ -169,6 +171,7 @@ impl<'a> ThresholdRun<'a> {
         let end = Micros::from_seconds(end_s);
         while let Some(event) = self.events.get(self.next).filter(|event| event.t <= end) {
             self.next += 1;
+            // Events before the first frame would otherwise extrapolate the light.
             let share =
                 ((event.t.as_seconds() - start_s) / (end_s - start_s)).clamp(0.0, 1.0) as f32;
             self.step(event, share, before, after);
@@ -216,6 +219,7 @@ impl<'a> ThresholdRun<'a> {
         let of = |statistic: &dyn Fn(&[usize]) -> f64| bootstrap(tiles.len(), &config, statistic);
         let ratio = |light: fn(&Tile) -> f64, events: fn(&Tile) -> usize| {
             of(&|drawn| {
+                // An event is one threshold of change: the light per event is the threshold.
                 let light: f64 = drawn.iter().map(|i| light(&tiles[*i])).sum();
                 light / drawn.iter().map(|i| events(&tiles[*i])).sum::<usize>() as f64
             })

@@ -54,6 +54,7 @@ const FORMATS: [(&str, [&str; 3]); 5] = [
 #[test]
 fn no_format_takes_a_camera_that_cannot_be() {
     for (text, [size, focal, distortion]) in FORMATS {
+        // Exponents would hide the values that are replaced below.
         let text = text.replace("3.1e+02", "310").replace("3.11e+02", "311");
         let longer = if text.starts_with("<?xml") { "-0.3 0.0" } else { "-0.3, 0.0" };
         for (value, spoilt, field) in [

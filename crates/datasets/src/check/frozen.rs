@@ -14,6 +14,7 @@ pub(super) fn check(
     options: &CheckOptions,
     report: &mut impl FnMut(usize, Vec<&'static str>, LabelFault),
 ) {
+    // A frame by itself is a run of one, and cannot be frozen.
     let is_long = |run: &Range<usize>| run.len() >= options.frozen_frames.max(2);
     for run in runs(&track.frames, |a, b| a.joints == b.joints).into_iter().filter(is_long) {
         // Someone without labels does not move either.

@@ -87,6 +87,7 @@ fn exchanged(
                 earlier.map(|earlier| [0, 1].map(|side| 2.0 * before[side] - earlier[side]));
             let kept = way(now, before).min(expected.map_or(f32::INFINITY, |then| way(now, then)));
             let swapped = way([now[1], now[0]], before);
+            // The ratio alone would report the jitter of joints that lie close together.
             swapped < options.swap_ratio * kept && kept - swapped > options.swap_gain * torso
         })
         .collect();

@@ -244,6 +244,7 @@ fn frozen_joints_and_bodies_are_found() {
         let (which, frame, joint) = draw(case);
         let mut tracks = tracks();
         let still = tracks[which].frames[frame].joints;
+        // 60 frames are more than `frozen_frames`, 50.
         for body in &mut tracks[which].frames[frame..frame + 60] {
             body.joints[joint] = still[joint];
         }
@@ -262,6 +263,7 @@ fn frozen_joints_and_bodies_are_found() {
         for body in &mut tracks[which].frames[frame..frame + 60] {
             body.joints = still;
         }
+        // The jump at the end of the frozen stretch may look like exchanged sides.
         let bodies: Vec<_> = check(&tracks)
             .into_iter()
             .filter(|finding| !matches!(finding.fault, LabelFault::SwappedSides { .. }))
@@ -286,6 +288,7 @@ fn times_that_go_back_are_found() {
 #[test]
 fn a_report_is_a_table_and_findings_by_kind() {
     let mut tracks = tracks();
+    // Five more than a list shows.
     for frame in 20..35 {
         tracks[0].frames[frame].joints[number::WRIST_L] = Some(Vec2::new(-2.0, 300.0));
     }

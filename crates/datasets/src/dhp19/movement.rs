@@ -43,6 +43,7 @@ pub fn cut_movement(
     let span = movement_span(&movie.pulses, (first, last), poses)
         .map_err(|fault| DatasetError::malformed(path, "special events", fault.to_string()))?;
     let mut cameras = movie.cameras.each_ref().map(|camera| camera.slice(span.window));
+    // Only now, since the limit of hot pixels is a count of events in one movement.
     let removed = Some(filters.apply(&mut cameras));
     // Poses count from the beginning of the movement.
     let cameras = cameras.map(|camera| from_beginning(camera, span.window));

@@ -179,6 +179,7 @@ mod tests {
             assert!(parse(&bytes[..cut]).is_err(), "{cut}");
         }
         let (byte, reason) = parse(&array("False", by_rows.map(|n| 1.0 / n))).unwrap_err();
+        // The second of twelve values is 0, whose inverse is infinite.
         assert_eq!(byte, bytes.len() - 96 + 8);
         assert!(reason.contains("inf"), "{reason}");
         let other = bytes.iter().map(|&b| if b == b'8' { b'4' } else { b }).collect::<Vec<_>>();

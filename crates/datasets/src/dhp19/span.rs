@@ -54,6 +54,7 @@ pub(super) fn movement_span(
     let span =
         |start: Micros, end: Micros, origin| Ok(Span { window: TimeWindow { start, end }, origin });
     match *pulses {
+        // The end is exclusive, and the last event has to be within.
         [] => span(first, last + Micros(1), SpanOrigin::Recording),
         [start, _, end] | [start, _, _, _, end] => span(start, end, SpanOrigin::Pulses),
         [pulse] | [pulse, _] | [pulse, _, _, _] if pulse - first > last - pulse => {

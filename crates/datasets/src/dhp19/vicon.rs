@@ -65,6 +65,7 @@ fn positions(joint: MatValue<'_>) -> Result<Vec<Option<DVec3>>, MatError> {
         return Err(MatError::Kind { path: joint.path(), expected, actual });
     };
     let values = joint.values()?;
+    // MATLAB stores matrices by columns.
     let position = |row: usize| DVec3::from([0, 1, 2].map(|column| values[column * rows + row]));
     Ok((0..rows).map(|row| Some(position(row)).filter(|at| at.is_finite())).collect())
 }

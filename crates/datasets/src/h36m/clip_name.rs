@@ -26,6 +26,7 @@ impl ClipName {
     /// A clip of a camera from 1 to 4. Blanks in the name of the action become `_`.
     pub fn new(camera: u8, subject: u8, action: &str) -> Option<Self> {
         let is_camera = SERIALS.iter().any(|(number, _)| *number == camera);
+        // The name becomes that of a directory, and must not lead out of its parent.
         let is_action = !action.is_empty() && !action.contains(['/', '\\', '.']);
         let action = action.replace(' ', "_");
         (is_camera && SUBJECTS.contains(&subject) && is_action).then_some(Self {

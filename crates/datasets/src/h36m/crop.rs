@@ -136,6 +136,7 @@ fn published(least: Vec2, most: Vec2) -> Crop {
     let sensor = DVec2::new(SENSOR.width.into(), SENSOR.height.into());
     let mut size = (most - least).as_dvec2() + 2.0 * f64::from(MARGIN_PX);
     let mut middle = (least.as_dvec2() + 0.5 * size).as_ivec2();
+    // The shorter side grows to 4 to 3, so that no joint is cut off.
     let is_small = size.cmplt(sensor).all();
     if is_small {
         size = sensor;

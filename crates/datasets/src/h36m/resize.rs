@@ -31,6 +31,7 @@ impl Resizer {
     pub(super) fn new(crop: &Crop, frame_px: IVec2) -> Self {
         debug_assert!(crop.is_inside(frame_px));
         let size = crop.size(frame_px);
+        // All frames of a clip have one crop: weights are computed once.
         Self {
             columns: shares(crop.left as usize, size.x as usize, SENSOR.width.into()),
             rows: shares(crop.top as usize, size.y as usize, SENSOR.height.into()),
@@ -58,6 +59,7 @@ impl Resizer {
 fn shares(begin: usize, from: usize, to: usize) -> Vec<Share> {
     let scale = from as f64 / to as f64;
     let share = |pixel: usize| {
+        // Rounding may carry the last bound beyond the last pixel.
         let (low, high) = (pixel as f64 * scale, ((pixel + 1) as f64 * scale).min(from as f64));
         let (first, last) = (low.floor() as usize, (high.ceil() as usize).min(from));
         let covered = |k: usize| high.min((k + 1) as f64) - low.max(k as f64);

@@ -81,6 +81,7 @@ fn skeleton(body: &TimedBody) -> YarpSkeleton {
     let points = body.points_px.map(|point| point.map(whole));
     YarpSkeleton {
         t: body.t,
+        // The log has no missing joints: (-1, -1) stands for one.
         joints: file_from_network(&points).map(|point| point.unwrap_or(Vec2::NEG_ONE).to_array()),
         confidences: None,
         head_size_px: None,

@@ -102,6 +102,7 @@ mod tests {
         let clock = LabelClock { start: Micros(1_000), fps: Some(50.0), ..LabelClock::default() };
         let times = clock.times(&names(&["f_0003.png", "a1/f_0010.png"]), path).unwrap();
         assert_eq!(times, [Micros(61_000), Micros(201_000)]);
+        // One name has no digits, so all are counted in order.
         let times = clock.times(&names(&["f_0003.png", "last.png"]), path).unwrap();
         assert_eq!(times, [Micros(1_000), Micros(21_000)]);
         let in_order = LabelClock { count: FrameCount::Order, ..clock };

@@ -39,6 +39,7 @@ impl Table {
         let text = std::fs::read_to_string(path).map_err(ImportError::io(path, "read"))?;
         let mut lines = without_bom(&text).lines();
         let columns = split(lines.next().unwrap_or_default());
+        // Of two columns of one name, the second would be ignored silently.
         for (index, column) in columns.iter().enumerate() {
             if columns[..index].contains(column) {
                 let reason = format!("column `{column}` occurs twice");
@@ -104,6 +105,7 @@ impl Table {
             let Some(time) = self.value(row, column)? else {
                 return Err(self.fault(row, column, "empty"));
             };
+            // Decimal seconds are not exact in binary: truncated, some would lose a microsecond.
             let t = Micros((time * unit_us).round() as i64);
             if rows.last().is_some_and(|(before, _)| *before >= t) {
                 return Err(self.fault(row, column, "not later than the line before"));

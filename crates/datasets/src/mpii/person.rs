@@ -111,6 +111,7 @@ impl Person {
     pub(super) fn to_still(&self, parity: bool) -> stills::Person {
         let joint = |joint: usize| {
             let visibility = match part(joint) {
+                // The head is no annotated point: no flag says that it is hidden.
                 None => Some(Visibility::Visible),
                 Some(part) => self.point(part)?.is_visible.visibility(parity),
             };
@@ -146,6 +147,7 @@ fn point(value: MatValue<'_>) -> Result<Point, MatError> {
     } else {
         match value.filled_field("is_visible")? {
             None => VisibleField::Empty,
+            // The release has this flag as text in some entries and as a number in others.
             Some(seen) if seen.class() == MatClass::Char => {
                 VisibleField::Text(seen.text()?.trim() == "1")
             }

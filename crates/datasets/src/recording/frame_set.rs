@@ -65,6 +65,7 @@ mod tests {
                 bodies: (0..bodies).map(body).collect(),
             };
             let frames = set.draw(&recording).unwrap();
+            // By default the first two instants have no image.
             assert_eq!(frames.len(), bodies as usize - 2);
             set.add(frames, is_test);
         }

@@ -134,6 +134,7 @@ fn bad_names(photographs: &[Photograph]) -> HashSet<usize> {
     let mut bad = HashSet::new();
     for photograph in photographs {
         let name = Path::new(&photograph.name);
+        // A path in an annotation file must not lead out of the folder of images.
         let is_plain = name.file_name().is_some_and(|plain| plain == name.as_os_str())
             && !photograph.name.contains(['\\', '\0']);
         if !is_plain || !stems.insert(stem(&photograph.name)) {
@@ -259,6 +260,7 @@ fn finish(
     let converted = Converted { images, persons, not_for_training, labelled, skipped };
     let counts = converted.skipped_by_reason();
     let missing = counts.get(&SkipReason::NoImage).copied().unwrap_or(0);
+    // A wrong folder of images must not end as an empty data set.
     if images == 0 && missing > 0 {
         let reason = format!("{missing} of {photographs} are missing and nobody is on the others");
         return Err(DatasetError::malformed(&options.images, "photographs", reason));

@@ -35,6 +35,7 @@ pub(crate) fn add_operators(writer: &mut Writer<'_>, id: NodeId) -> Result<(), O
         Operation::Add => writer.operator("Add", inputs, name, vec![]),
         Operation::Relu => writer.operator("Relu", inputs, name, vec![]),
         Operation::Channels(range) => {
+            // Since opset 10 the bounds of a slice are tensors, not attributes.
             let mut inputs = inputs;
             let bounds = [("starts", range.start as i64), ("ends", range.end as i64), ("axes", 1)];
             for (input, value) in bounds {
@@ -51,6 +52,7 @@ pub(crate) fn add_operators(writer: &mut Writer<'_>, id: NodeId) -> Result<(), O
             let scales = writer.floats(format!("{name}.scales"), &[4], &[1.0, 1.0, 2.0, 2.0]);
             // The empty name leaves out the optional region of interest.
             let inputs = vec![inputs[0].clone(), String::new(), scales];
+            // Both together are PyTorch's bilinear interpolation without aligned corners.
             let attributes = vec![
                 string("coordinate_transformation_mode", "half_pixel"),
                 string("mode", "linear"),
@@ -93,6 +95,7 @@ fn conv(
     ];
     match layer.activation {
         Activation::Identity => writer.operator("Conv", inputs, name, attributes),
+        // ONNX's convolution has no activation: another operator takes its sums.
         Activation::Relu => {
             let sums = writer.operator("Conv", inputs, format!("{name}.sums"), attributes);
             writer.operator("Relu", vec![sums], name, vec![])
@@ -114,6 +117,7 @@ fn linear(
     name: String,
     layer: &LinearLayer,
 ) -> String {
+    // The weight is stored as inputs by outputs, as Gemm takes it without `transB`.
     inputs.push(writer.floats(format!("{name}.weight"), &layer.shape, &layer.weight));
     inputs.push(writer.floats(format!("{name}.bias"), &[layer.bias.len()], &layer.bias));
     writer.operator("Gemm", inputs, name, vec![])

@@ -55,6 +55,7 @@ impl Step {
     fn linear(linear: &LinearLayer, level: Level) -> Self {
         let [inputs, outputs] = linear.shape;
         let shape = ConvShape::square(inputs, outputs, 1, 1);
+        // The layer stores a row for each input, the kernels read one for each output.
         let mut weight = vec![0.0; inputs * outputs];
         for (input, row) in linear.weight.chunks(outputs).enumerate() {
             for (output, value) in row.iter().enumerate() {
@@ -114,6 +115,7 @@ impl Step {
                 }
             });
         }
+        // Depthwise kernels exist for these sides alone, and do not add a residual.
         if conv.groups != channels_out
             || channels_per_group != 1
             || !matches!(kernel, 3 | 5)

@@ -136,6 +136,7 @@ impl Step {
             Self::Conv(conv, _) => conv.shape().border(),
             Self::NchwConv(conv, _) => conv.shape().border(),
             Self::Chain(chain) => chain.border(),
+            // Winograd is chosen for 3x3 kernels alone.
             Self::Winograd(..) => 1,
             Self::Depthwise(conv, _) => conv.shape().kernel / 2,
             Self::LowPrecisionConv(conv, ..) => conv.shape().border(),

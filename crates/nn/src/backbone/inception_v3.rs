@@ -117,6 +117,7 @@ fn plans() -> Vec<BlockPlan> {
         pooled: Some(pooled),
     };
     let second = |name, inner| {
+        // A 7x7 window as a row and a column takes 14 weights for each pair of channels, not 49.
         let long = [(ONE, inner), (COLUMN, inner), (ROW, inner), (COLUMN, inner), (ROW, 192)];
         BlockPlan {
             name,
@@ -129,6 +130,7 @@ fn plans() -> Vec<BlockPlan> {
         }
     };
     let third = |name| {
+        // On the coarsest grid the published blocks grow wider, by 1x3 and 3x1 side by side.
         let forked = |name, convs| BranchPlan { fork: Some(384), ..branch(name, convs) };
         BlockPlan {
             name,

@@ -116,6 +116,7 @@ impl MnasNet {
             stem: ConvNormConfig::new(3, stem, 3).with_stride(2).init(device),
             separable,
             stacks,
+            // As published, the head keeps its width in networks of any width.
             last: ConvNormConfig::new(channels, HEAD_CHANNELS, 1).init(device),
             mean: AdaptiveAvgPool2dConfig::new([1, 1]).init(),
             head: linear(HEAD_CHANNELS, outputs, device),

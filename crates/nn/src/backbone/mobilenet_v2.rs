@@ -75,6 +75,7 @@ impl MobileNetV2 {
         for (expansion, base, count, stride) in STAGES {
             let output = multiple_of_eight(base * width);
             for block in 0..count {
+                // Only the first block of a stage halves the sides.
                 let stride = if block == 0 { stride } else { 1 };
                 blocks.push(InvertedResidual::new(channels, output, stride, expansion, device));
                 channels = output;

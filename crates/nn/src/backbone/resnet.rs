@@ -124,6 +124,8 @@ impl BasicBlock {
         Self {
             first: conv(channels_in, 3).with_stride(stride).init(device),
             second: conv(channels_out, 3).init(device),
+            // Side and channels change together: with equal channels the input can be added
+            // unchanged.
             shortcut: (channels_in != channels_out)
                 .then(|| conv(channels_in, 1).with_stride(stride).init(device)),
         }

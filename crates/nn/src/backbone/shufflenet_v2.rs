@@ -142,6 +142,8 @@ impl Unit {
     /// A unit of `branch` channels a branch; it halves the image if `halves`.
     fn new(halves: bool, channels_in: usize, branch: usize, device: &Device) -> Self {
         let stride = if halves { 2 } else { 1 };
+        // A unit that halves cannot pass half of its input through, so its first branch has layers
+        // too.
         Self {
             halving: halves.then(|| Halving {
                 depthwise: depthwise(channels_in, 2, device),
@@ -166,6 +168,7 @@ impl Unit {
         };
         let second = self.depthwise.forward(self.expand.forward_relu(second));
         let second = self.project.forward_relu(second);
+        // Without interleaving, the two halves would never exchange information.
         first.interleave(second)
     }
 }

@@ -117,6 +117,7 @@ impl BackboneNet for Vgg {
             }
             x = x.max_pool(&self.pool);
         }
+        // Images of any size come to the fields that the linear layers have weights for.
         let mut x = x.avg_pool(&self.mean);
         for layer in &self.hidden {
             x = x.linear(layer).relu();

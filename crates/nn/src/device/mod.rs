@@ -176,6 +176,7 @@ impl FromStr for DeviceKind {
             (kind, None) => Ok(kind),
             (Self::Wgpu { .. }, adapter) => Ok(Self::Wgpu { adapter }),
             (Self::Cuda { .. }, adapter) => Ok(Self::Cuda { adapter }),
+            // The CPU is one device: an index of it is a mistake that should not pass unnoticed.
             (Self::Flex | Self::Ndarray, Some(_)) => Err(unknown()),
         }
     }

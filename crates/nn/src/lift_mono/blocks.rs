@@ -30,6 +30,8 @@ impl ResidualBlock {
         Self {
             first: conv(channels_in, 3).with_stride(stride).init(device),
             second: conv(channels_out, 3).init(device),
+            // As published, the shortcut has a convolution even where the input could be added
+            // unchanged.
             shortcut: conv(channels_in, 1).with_stride(stride).init(device),
         }
     }

@@ -62,6 +62,7 @@ fn expectation(map: &Tensor<4>) -> Tensor<3> {
     let [batch, joints, height, width] = map.dims();
     let device = map.device();
     let along = |dim: usize, cells: usize| {
+        // A marginal first: each coordinate then needs the products of one line, not of all cells.
         let marginal: Tensor<3> = map.clone().sum_dim(dim).reshape([batch, joints, cells]);
         (marginal * cell_centres(cells, &device)).sum_dim(2)
     };

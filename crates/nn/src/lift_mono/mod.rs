@@ -119,6 +119,7 @@ impl LiftMonoConfig {
             xy: planes(),
             zy: planes(),
             xz: planes(),
+            // The first stage has no maps of a stage before to combine.
             combiners: (1..self.stages).map(combiner).collect(),
             config: self.clone(),
         })

@@ -34,6 +34,7 @@ pub(super) fn pytorch(path: &str) -> String {
 }
 
 fn plane_layer(parts: &[&str]) -> String {
+    // The published code has these three parts in one list.
     let behind =
         |index: &str, first: usize| index.parse::<usize>().map_or(first, |index| first + index);
     match *parts {
@@ -48,6 +49,7 @@ fn plane_layer(parts: &[&str]) -> String {
 }
 
 fn block(parts: &[&str]) -> String {
+    // Layer 2 of the published `Sequential` is a ReLU, which has no weights.
     match *parts {
         ["first", "conv", name] => format!("module.0.{}", torch_name(name)),
         ["first", _, name] => format!("module.1.{}", torch_name(name)),

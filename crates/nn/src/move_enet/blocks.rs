@@ -75,6 +75,7 @@ impl InvertedResidual {
             depthwise: depthwise(hidden, stride).with_bias().init(device),
             project: ConvNormConfig::new(hidden, channels_out, 1).init(device),
         };
+        // The published code repeats one module: all repetitions share its weights.
         let repeated = Bottleneck {
             expand: ConvNormConfig::new(channels_out, hidden, 1).init(device),
             depthwise: depthwise(hidden, 1).init(device),

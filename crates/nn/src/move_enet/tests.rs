@@ -97,6 +97,7 @@ fn all_weights_matter_but_those_of_a_residual_that_never_runs() {
         let mut weights = read(&network).into_iter();
         let changed = crate::parameters::fill(network.clone(), |slot| {
             let (_, values) = weights.next().unwrap();
+            // Without their gammas, the layers of a part have no output.
             let is_off = slot.path.starts_with(part) && slot.name() == "gamma";
             if is_off { vec![0.0; values.len()] } else { values }
         });

@@ -125,6 +125,7 @@ impl<C: CheckpointStrategy> TrainingOps for Autodiff<Flex, C> {
                 let saved = match op {
                     BlockedOp::Conv { layer, .. } => Saved::Conv(layer, taken[0].to_contiguous()),
                     BlockedOp::Unary(op) => Saved::Unary(op, Arc::new(taps)),
+                    // The output alone shows which values its activation clamped.
                     BlockedOp::Add(activation) => Saved::Sum(activation, output.clone()),
                 };
                 prep.finish((stored, saved), output)

@@ -40,6 +40,7 @@ pub(super) fn stride_two_seven(conv: &Conv2d, input: Tensor<4>) -> Tensor<4> {
     debug_assert!(suits(conv));
     let [_, _, height, width] = input.dims();
     let zeros = PadMode::Constant(0.0);
+    // An odd side gets one more row or column of zeros, so that blocks of 2x2 divide it.
     let padding = (PAD, PAD + width % STRIDE, PAD, PAD + height % STRIDE);
     let blocks = blocks_to_channels(input.pad(padding, zeros));
     let kernel = blocks_to_channels(conv.weight.val().pad((0, 1, 0, 1), zeros));
@@ -74,6 +75,7 @@ mod tests {
             .with_padding(PaddingConfig2d::Explicit(3, 3, 3, 3))
             .with_bias(false)
             .init(&device);
+        // Sides are even, odd, and shorter than the kernel.
         for (height, width) in [(12, 16), (13, 16), (12, 9), (7, 7), (1, 2)] {
             let shape = [2, 3, height, width];
             let x = Tensor::<4>::random(shape, Distribution::Uniform(-1.0, 1.0), &device);

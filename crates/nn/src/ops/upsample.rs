@@ -58,6 +58,7 @@ mod tests {
             let data = TensorData::new(values.clone(), [2, 3, 4, 5]);
             let input = Tensor::<4>::from_data(data, &device).require_grad();
             let output = upsample(input.clone());
+            // A plain sum would have the same gradient whatever the output is.
             let gradients = output.clone().square().sum().backward();
             let gradient = input.grad(&gradients).unwrap();
             [output.into_data(), gradient.into_data()]

@@ -117,6 +117,7 @@ pub fn load<N: StoredNetwork>(path: &Path, device: &Device) -> Result<(N, N::Car
     let unreadable = |error| unreadable(path, &error);
     let reader = Reader::from_bytes(read_checked(path)?).map_err(unreadable)?;
     let without_card = |reason: String| NnError::Card { path: path.to_owned(), reason };
+    // The card comes first: it says which network the tensors have to fit.
     let card = reader.metadata().get(N::KEY);
     let card = card.ok_or_else(|| without_card(format!("no `{}` entry", N::KEY)))?;
     let card: N::Card = toml::from_str(card).map_err(|error| without_card(error.to_string()))?;
@@ -142,6 +143,7 @@ impl Layout for Native {}
 
 fn stored(tensor: PackTensor) -> Stored {
     let shape = tensor.shape.to_vec();
+    // A file of another network is refused before any of its values is copied.
     let read = move || {
         let (_, dtype, shape, _, bytes) = tensor.into_parts().map_err(TensorError::of)?;
         if dtype != DType::F32 {

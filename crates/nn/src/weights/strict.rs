@@ -117,6 +117,7 @@ pub(super) fn fill_strictly<M: Module>(
             // PyTorch stores linear weights transposed, Keras kernels with their channels last.
             Ok(match layout.reordered(&slot, values) {
                 Some(values) => TensorData::new(values, slot.shape.clone()),
+                // In the network's order already: moved, not copied.
                 None => data,
             })
         });

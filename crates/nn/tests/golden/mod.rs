@@ -113,9 +113,11 @@ pub(crate) fn closed_form(slot: &Slot, position: usize) -> Vec<f32> {
     };
     match (slot.name(), slot.shape.as_slice()) {
         ("weight", &[_, channels, ky, kx]) => {
+            // `u` has a deviation of 1 / sqrt(12): the weights have that of He's initialisation.
             affine(0.0, 12f64.sqrt() * (2.0 / (channels * ky * kx) as f64).sqrt())
         }
         ("weight", &[inputs, outputs]) => {
+            // PyTorch counts linear weights by outputs, Burn stores them by inputs.
             let rows = affine(0.0, 0.2);
             (0..count).map(|i| rows[i % outputs * inputs + i / outputs]).collect()
         }

@@ -104,6 +104,7 @@ fn points_in(input: &BaselineInput, frame: &BodyFrame) -> BodyPoints {
     let mut points = BodyPoints::default();
     for (point, keypoint) in points.iter_mut().zip(&frame.label.keypoints) {
         let at = keypoint.position / shown;
+        // A joint beyond the input has no pixel at which a heatmap could peak.
         let is_inside = at.cmpge(Vec2::ZERO).all() && at.cmplt(Vec2::ONE).all();
         *point = (keypoint.is_labelled() && is_inside).then_some(at);
     }

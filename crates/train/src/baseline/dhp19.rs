@@ -28,6 +28,7 @@ pub(super) fn profiles(
 /// The middles of the pixels at which heatmaps are largest, joint by joint.
 pub(super) fn peaks_px(maps: &Tensor<4>) -> Vec<Vec2> {
     let [batch, joints, height, width] = maps.dims();
+    // An index has no gradient: detached, it keeps no graph alive.
     let flat = maps.clone().detach().reshape([batch, joints, height * width]);
     let cells: Tensor<3, Int> = flat.argmax(2);
     let cell = |index: i64| {

@@ -23,6 +23,7 @@ pub(super) fn positions(
     for joint in 0..BODY_JOINTS {
         let depth = depths.map(|depths| depths[joint]).filter(|depth| depth.is_finite());
         if let (Some(at), Some(depth)) = (points[joint], depth) {
+            // The network's expectations go from -1 to 1 over the image.
             positions[joint] = [2.0 * at.x - 1.0, 2.0 * at.y - 1.0, depth];
             known[joint] = 1.0;
         }
@@ -42,6 +43,7 @@ pub(super) fn positions_px(positions: Tensor<3>, size_px: Vec2) -> Vec<Vec2> {
 pub(super) fn torso_and_depths_m(frames: &BodyFrames) -> Option<(f32, [f32; 2])> {
     let (mut sum_m, mut count, mut depths_m) = (0.0, 0u64, [f32::INFINITY, 0.0f32]);
     for joints_m in frames.frames.iter().filter_map(|frame| Some(frame.camera?.joints_m)) {
+        // The camera looks along -z.
         let head_m = -joints_m[number::HEAD].z;
         let Some(torso_m) = torso_m(&joints_m).filter(|_| head_m > 0.0) else { continue };
         sum_m += f64::from(torso_m);

@@ -68,6 +68,7 @@ fn torso(label: &BodyLabel) -> Option<f32> {
     let diagonal =
         |[hip, shoulder]: [usize; 2]| Some(at(hip)?.position.distance(at(shoulder)?.position));
     let diagonals = [[number::HIP_L, number::SHOULDER_R], [number::HIP_R, number::SHOULDER_L]];
+    // Both diagonals are of nearly one length, so one stands for both if a joint is not labelled.
     match diagonals.map(diagonal) {
         [Some(a), Some(b)] => Some(0.5 * (a + b)),
         [one, other] => one.or(other),
@@ -139,6 +140,7 @@ mod tests {
     /// Shoulders a fifth apart, hips half of the image below: diagonals of `0.5385`.
     fn label() -> BodyLabel {
         let mut positions = [Vec2::splat(0.5); 13];
+        // Both diagonals are 0.2 wide and 0.5 high: sqrt(0.29) long.
         positions[number::SHOULDER_L] = Vec2::new(0.6, 0.2);
         positions[number::SHOULDER_R] = Vec2::new(0.4, 0.2);
         positions[number::HIP_L] = Vec2::new(0.6, 0.7);

@@ -81,6 +81,7 @@ impl FoundScores {
         }
         let most = (GIVEN_UP * self.right.len() as f64).floor() as usize;
         let at = |step: usize| {
+            // Scores spread over decades, so the steps are geometric.
             let share = step as f64 / (THRESHOLDS - 1) as f64;
             (LOWEST * (HIGHEST / LOWEST).powf(share)) as f32
         };
@@ -93,6 +94,7 @@ impl FoundScores {
         if self.right.is_empty() {
             return None;
         }
+        // Joints below it are not reported, so a pose must not score by them either.
         let cut = |score: f32| if score < threshold { 0.0 } else { score };
         let score = |scores: &[f32; BODY_JOINTS]| pose_score(&scores.map(cut));
         let poses: Vec<(f32, usize)> =
@@ -133,6 +135,7 @@ pub(super) fn calibrate_confidence(
             },
         )
         .reduce(FoundScores::default, FoundScores::merge);
+    // Without a right joint nothing can be calibrated, and the defaults stay.
     if let Some(threshold) = scores.threshold() {
         checkpoint.config.decoding.confidence = threshold;
         if let Some(min_score) = scores.min_score(threshold) {

@@ -37,6 +37,7 @@ impl DetectionCounts {
         for prediction in predictions {
             let Some(truth) = track.at(Micros::from_seconds(prediction.t_s)) else { continue };
             let is_false = counts.push(&truth, &prediction.joints_px, every);
+            // False poses in a row are one false detection: somebody who watches sees one ghost.
             counts.false_detections += u64::from(is_false && !was_false);
             was_false = is_false;
         }

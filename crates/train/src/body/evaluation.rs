@@ -111,6 +111,7 @@ pub fn evaluate_body(
         let truth = ground_truth(&track.0);
         let windows = Windows::open(events, &OpenOptions::default())?;
         let calibration = Calibration::choose(camera, windows.sensor())?;
+        // Recordings run in parallel, and each needs the buffers of an engine of its own.
         let mut stream = body_stream(checkpoint, &calibration, None, predictor.another())?;
         stream.frontend = stream.frontend.with_filter(checkpoint.config.filter)?;
         let recording = RecordingStream::new(windows, stream, InferenceSchedule::Every(every));
@@ -165,6 +166,7 @@ fn constant_predictions(
 ) -> Vec<BodyPrediction> {
     let size_px = Vec2::new(f32::from(sensor.width), f32::from(sensor.height));
     let joints_px = pose.map(|joint| joint.map(|at| at * size_px));
+    // A constant needs no inference, hence no delay.
     let constant =
         |prediction: &BodyPrediction| BodyPrediction { joints_px, delay_s: 0.0, ..*prediction };
     predictions.iter().map(constant).collect()

@@ -153,9 +153,11 @@ impl BodyFrames {
     /// second.
     pub fn split(self, share: f64) -> (Self, Self) {
         let mut sequences: Vec<u64> = self.frames.iter().map(|frame| frame.sequence).collect();
+        // Frames of a sequence stand together: this leaves few to sort.
         sequences.dedup();
         sequences.sort_unstable();
         sequences.dedup();
+        // Rounded up, so that a small set still has a sequence to validate with.
         let kept = sequences.len() - (share * sequences.len() as f64).ceil() as usize;
         let first_held = sequences.get(kept).copied().unwrap_or(u64::MAX);
         let (train, valid) = self.frames.into_iter().partition(|frame| frame.sequence < first_held);
@@ -243,6 +245,7 @@ pub(super) fn label_of(joints_px: &BodyPoints, sensor: SensorSize) -> BodyLabel 
         None => Keypoint::default(),
     };
     let known: Vec<Vec2> = joints_px.iter().flatten().map(|at_px| *at_px / size).collect();
+    // Without a joint the centre is zero, not NaN.
     let center = known.iter().sum::<Vec2>() / known.len().max(1) as f32;
     BodyLabel {
         keypoints: joints_px.iter().map(keypoint).collect(),

@@ -72,6 +72,7 @@ impl BodyBatches {
         let label = &self.data.frames[index].label;
         let view = match passes {
             Passes::Training { .. } => {
+                // By position, not by index: an image has another view in every pass.
                 augmentation::draw(&self.augmentation, self.seed, position, label)
             }
             Passes::Validation { .. } => BodyView::plain(label, self.interpolation),

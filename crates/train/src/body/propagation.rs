@@ -60,6 +60,7 @@ pub fn propagated_poses<'a>(
     let mut pose_at = move |t: &mut Micros| {
         // Time without events is skipped.
         let active = recording.skip_silence(*t)?;
+        // Whole steps are skipped: the poses stay on the grid of the output's rate.
         *t = *t + Micros((active - *t).0.div_euclid(step.0) * step.0);
         recording.advance(*t)?;
         let PoseStream { frontend, worker, .. } = recording.stream();
@@ -162,6 +163,7 @@ fn score_recording(
     let sequence = |joints: fn(&PropagatedPose) -> BodyPoints| {
         let predictions: Vec<BodyPrediction> = poses
             .iter()
+            // Their delay is simulated already: a pose comes at the time at which it is known.
             .map(|pose| BodyPrediction { t_s: pose.t_s, delay_s: 0.0, joints_px: joints(pose) })
             .collect();
         BodySequence::evaluate(&truth, &predictions, &protocol)

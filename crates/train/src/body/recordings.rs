@@ -223,6 +223,7 @@ impl RecentTimes {
             return;
         }
         let t = events.t();
+        // Of more events than fit, only those that remain are copied.
         let newest = &t[t.len().saturating_sub(self.most)..];
         let over = (self.times.len() + newest.len()).saturating_sub(self.most);
         self.times.drain(..over);
@@ -277,6 +278,7 @@ mod tests {
     #[test]
     fn the_mean_time_is_that_of_the_last_events_however_they_come() {
         let sensor = SensorSize { width: 4, height: 4 };
+        // Uneven times: the mean of the last seven is none of them.
         let events: Vec<Event> = (0..50)
             .map(|k| Event { t: Micros(1_000 + k * k), x: 1, y: 2, polarity: Polarity::On })
             .collect();

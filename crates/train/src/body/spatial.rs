@@ -38,6 +38,7 @@ pub fn calibrated_scenes(recordings: &BodyRecordings) -> Result<Vec<CalibratedSc
             scenes.entry(scene).or_default().push((events.clone(), poses.clone(), camera));
         }
     }
+    // A single camera has nothing to triangulate with.
     scenes.retain(|_, recordings| recordings.len() > 1);
     let scene = |(scene, recordings)| CalibratedScene { scene, recordings };
     Ok(scenes.into_iter().map(scene).collect())

@@ -28,6 +28,7 @@ impl BatchSource for HandBatches {
         let sample = |position| match passes {
             Passes::Training { .. } => self.0.training_sample(position),
             Passes::Validation { samples } => {
+                // Spread evenly: the first samples would all be of a few sequences.
                 self.0.plain_sample(position * self.0.len() / samples)
             }
         };

@@ -43,6 +43,7 @@ impl<'a> CameraTurn<'a> {
         events.retain_mut(|event| {
             let at_px = Vec2::new(f32::from(event.x), f32::from(event.y)) + 0.5;
             let [x, y] = ((at_px - pinhole.principal_px) / pinhole.focal_px).to_array();
+            // Rows count downwards, and the camera looks along -z.
             let Some(to_px) = pinhole.image_from_camera(self.turn * Vec3::new(x, -y, -1.0)) else {
                 return false;
             };
@@ -60,6 +61,7 @@ impl<'a> CameraTurn<'a> {
     /// The pose that the hand then has.
     pub(crate) fn pose(&self, pose: &HandParams) -> HandParams {
         let camera_from_world = Affine3A::from_mat4(self.camera.camera_from_world());
+        // The camera turns, but poses are those of the world: into its frame and back.
         let turned =
             camera_from_world.inverse() * Affine3A::from_mat3(self.turn) * camera_from_world;
         let rotation = Mat3::from(turned.matrix3) * matrix_from_axis_angle(pose.rotation);

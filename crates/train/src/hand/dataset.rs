@@ -281,6 +281,7 @@ impl HandDataset {
         let (sequence, frame) = self.locate(index);
         let input = self.window(sequence, frame, self.window_frames)?;
         let pose = sequence.labels.read_hand(frame)?;
+        // Another seed than in training, whose crops validation must not repeat.
         self.cropped((sequence, frame), input, &pose, (!self.seed, index))
     }
 
@@ -306,6 +307,7 @@ impl HandDataset {
         let first = (frame + 1).saturating_sub(u64::from(length));
         let missing = length - (frame + 1 - first) as u32;
         let mut events = sequence.events.frame_events(first..frame + 1)?;
+        // Before the turn, since noise has no neighbours among the pixels of its own sensor.
         if let Some(denoise) = &self.denoise {
             keep_confirmed(&mut events, denoise, self.sensor);
         }

@@ -88,6 +88,7 @@ pub(crate) fn estimate_filters(
     let unfiltered = errors(&|track| Ok(track.clone()))?;
     let mut best = [(f64::INFINITY, HIGHEST_HZ); 3];
     for k in 0..CUTOFFS {
+        // The lag goes with the inverse of the cut-off, so the steps are geometric.
         let share = f64::from(k) / f64::from(CUTOFFS - 1);
         let cutoff_hz = LOWEST_HZ * (HIGHEST_HZ / LOWEST_HZ).powf(share);
         let config = with_noise(residuals.noise(cutoff_hz));
@@ -158,10 +159,12 @@ fn sorted_quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
 /// How fast the true hand is at each frame: change per frame relative to the residuals.
 fn speeds(track: &MeasuredTrack, residuals: &Parts) -> Vec<f64> {
     let step = |pair: &[HandParams]| {
+        // Relative to the residuals, radians and metres add up.
         let change = Parts::squares(&pair[1], &pair[0]);
         change.0.iter().zip(&residuals.0).map(|(change, residual)| change / residual).sum()
     };
     let mut speeds: Vec<f64> = track.truth.windows(2).map(step).collect();
+    // Nothing comes before the first frame: it takes the speed of the second.
     speeds.insert(0, speeds.first().copied().unwrap_or(0.0));
     speeds
 }

@@ -32,6 +32,7 @@ impl TrainingLoss<HandRegressor> for HandLoss {
         let [samples, ..] = batch.inputs.dims();
         let parts = self.forward(network.forward(batch.inputs), batch.poses);
         let read = |tensor: &Tensor<1>| f64::from(tensor.clone().into_scalar::<f32>());
+        // The loss means over components, of which three make a length.
         let rms = |mean_square: f64, components: f64| (components * mean_square).sqrt();
         let values = vec![
             read(&parts.total),

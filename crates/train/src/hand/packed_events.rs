@@ -98,7 +98,9 @@ mod tests {
         assert_eq!(of(4..9), [(0, 0, 0, true)]);
         assert_eq!(of(7..9), []);
         packed.shrink();
+        // Three events of 4 bytes, and the ends of seven frames.
         assert_eq!(packed.bytes(), 3 * 4 + 7 * 8);
+        // A row shares its 16 bits with the polarity.
         assert!(PackedEvents::new(SensorSize { width: 1, height: 32_769 }).is_none());
     }
 }

@@ -192,6 +192,7 @@ mod tests {
         let directory = tempfile::tempdir().unwrap();
         let (data, run) = (directory.path().join("data"), directory.path().join("run"));
         record_all(&Simulation::new(&simulation, config.seed).unwrap(), &data, &|_| {}).unwrap();
+        // An .evc file has room for 256 rows, so these sensors have .raw files.
         assert!(data.join("0000.raw").exists() && !data.join("0000.evc").exists());
         let options = TrainOptions::new(DeviceKind::Flex);
         let summary = train_hand(&config, &data, &run, &options).unwrap();

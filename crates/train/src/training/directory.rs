@@ -52,6 +52,7 @@ impl RunDirectory<'_> {
         let holds_training =
             newest_checkpoint(&self.checkpoints())?.is_some() || self.0.join(BEST).exists();
         if resume && self.config().exists() {
+            // A run that continued with another config would be of neither.
             let fields = config.differences(&C::read(&self.config())?)?;
             if !fields.is_empty() {
                 return Err(TrainError::ConfigDiffers { path: self.config(), fields });

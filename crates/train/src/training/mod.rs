@@ -209,11 +209,13 @@ impl<'a> Run<'a> {
         );
         let supervised = self.supervised(task, devices, data, &history);
 
+        // The rate is that of training alone: preparation does not count.
         let started = Instant::now();
         let result = supervised.launch(learner);
         let elapsed = started.elapsed();
         // A dashboard gives the terminal back when it is dropped, before anything is printed.
         drop(result.renderer);
+        // Also after a fault: a resumed run needs the lines of its checkpoints.
         history.flush()?;
         let interruption = result.interrupted.map(|interruption| interruption.reason);
         self.check_end(&guard, result.error.map(|error| error.to_string()), interruption)?;
@@ -231,6 +233,7 @@ impl<'a> Run<'a> {
         } else {
             T::save(&last, &self.directory.0.join(LAST))?;
         }
+        // In memory there is the last network alone.
         let mut best = match best_interval {
             Some(best) => task.checkpoint(self.restore(task, best, devices.main())?),
             None => last,
@@ -240,6 +243,7 @@ impl<'a> Run<'a> {
             // The last file of all: where it is, the training has ended.
             T::save(&best, &path)?;
         }
+        // A resumed run did not compute the steps before its checkpoint.
         let steps = self.span.steps_by(done) - self.span.steps_by(self.resumed.min(done));
         let samples = steps * self.span.batch_size as u64;
         Ok(TrainSummary {
@@ -278,6 +282,7 @@ impl<'a> Run<'a> {
         // Each device takes its part of every batch.
         let train = devices.share(train, &self.interrupter);
         let size = self.span.batch_size;
+        // Validation needs no gradients: its device is the one without autodiff.
         let valid = BatchLoader::validation(valid, size, validation_samples, device);
         let [weights, optimizer, schedule] =
             AtomicCheckpointer::parts(&self.directory.checkpoints());
@@ -312,6 +317,7 @@ impl<'a> Run<'a> {
         #[cfg(feature = "tui")]
         use std::io::IsTerminal as _;
         if let Some(callback) = &self.options.progress {
+            // For the caller, a run that pauses is complete at the pause.
             let steps = self.span.steps_by(self.last_interval());
             let span = TrainingSpan { steps, ..self.span };
             return Box::new(ProgressRenderer::new(callback.clone(), span));
@@ -357,6 +363,7 @@ impl<'a> Run<'a> {
         interval: usize,
         device: &Device,
     ) -> Result<T::Network, TrainError> {
+        // Nothing is trained with this guard, and it must not stop the training that asks.
         let guard = Guard::new(Interrupter::new());
         let learner = Learner::new(task.untrained(device)?, task.loss(), guard);
         let path = weights_path(&self.directory.checkpoints(), interval);

@@ -118,6 +118,7 @@ fn largest(persons: &[BodyPoints]) -> Option<&BodyPoints> {
         let points = || person.iter().flatten();
         let low = points().fold(Vec2::INFINITY, |low, at| low.min(*at));
         let high = points().fold(Vec2::NEG_INFINITY, |high, at| high.max(*at));
+        // Without points both bounds are infinite, and so would be the diagonal.
         if points().count() == 0 { 0.0 } else { low.distance(high) }
     };
     persons.iter().max_by(|a, b| diagonal_px(a).total_cmp(&diagonal_px(b)))

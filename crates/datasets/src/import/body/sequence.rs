@@ -98,6 +98,7 @@ pub fn import_body(
     let path = |name: &str, ending: &str| -> PathBuf { directory.join(format!("{name}.{ending}")) };
     let names: Vec<String> =
         (0..stretches.len()).map(|index| name_of(name, index, stretches.len())).collect();
+    // All names are checked before the first file is written.
     for name in names.iter().filter(|_| !options.replace) {
         if let Some(path) = ["raw", "poses.csv"].iter().map(|e| path(name, e)).find(|p| p.exists())
         {

@@ -105,6 +105,7 @@ impl HandFitter {
         is_mirrored: bool,
         options: FitOptions,
     ) -> Self {
+        // The view maps points alone: the images of the axes are the columns of its rotation.
         let [zero, x, y, z] = view.camera_points(&[Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z]);
         let camera_from_world = Mat3::from_cols(x - zero, y - zero, z - zero);
         Self { view, adaptor, side, is_mirrored, camera_from_world, options }

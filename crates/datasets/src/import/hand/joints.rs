@@ -114,6 +114,7 @@ fn columns<const N: usize>(
     let mut columns = [None; 21];
     for (columns, joint) in columns.iter_mut().zip(EVALUATION_JOINTS) {
         let names = suffixes.map(|suffix| format!("{joint}{suffix}"));
+        // One column makes all of its joint required: half a position would be ignored silently.
         if names.iter().any(|name| table.column(name).is_some()) {
             let mut indices = [0; N];
             for (index, name) in indices.iter_mut().zip(&names) {

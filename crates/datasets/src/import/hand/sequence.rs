@@ -150,6 +150,7 @@ pub fn import_hand(
     let names: Vec<String> =
         (0..parts.len()).map(|index| name_of(name, index, parts.len())).collect();
     let format = EventFormat::of_hands(&config.simulation)?;
+    // All names are checked before the first file is written.
     for name in names.iter().filter(|_| !options.replace) {
         if let Some(path) =
             [format.ending(), "evc", "meta"].iter().map(|e| files(name, e)).find(|p| p.exists())
@@ -159,6 +160,7 @@ pub fn import_hand(
     }
     for (part, name) in parts.into_iter().zip(names) {
         let labels = &poses[part.clone()];
+        // A frame has the pose of its end, and the first end must not lie before the first label.
         let start = ceil_ms(labels[0].t) - MS;
         let frames = (floor_ms(labels[labels.len() - 1].t) - start).0 / MS.0;
         let mut meta = MetaWriter::create_for_hands(files(&name, "meta"))?;

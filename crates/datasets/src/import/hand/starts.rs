@@ -91,6 +91,7 @@ fn cube_rotations() -> Vec<Mat3> {
     let mut rotations = Vec::new();
     for x in axes {
         for y in axes.into_iter().filter(|y| y.dot(x) == 0.0) {
+            // The cross product makes it a rotation; the other sign would be a reflection.
             rotations.push(Mat3::from_cols(x, y, x.cross(y)));
         }
     }

@@ -46,6 +46,8 @@ impl Target {
                 let width_px = f32::from(adaptor.view().sensor.width);
                 let in_view = joints_px.map(|at_px| {
                     let at_px = adaptor.view_from_sensor(at_px?)?;
+                    // Coordinates count from the edge of the first pixel: the mirror image of 0 is
+                    // the width.
                     let x = if is_mirrored { width_px - at_px.x } else { at_px.x };
                     Some(Vec2::new(x, at_px.y))
                 });

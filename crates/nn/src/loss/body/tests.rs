@@ -45,6 +45,7 @@ fn maps(device: &Device) -> BodyMaps<Tensor<4>> {
 fn targets(device: &Device) -> BodyTargets {
     let joint_cells = TensorData::new(cells(BATCH * JOINTS, 8), [BATCH, JOINTS]);
     let known = tensor([BATCH, JOINTS], 11, device, |u| f64::from(u > 0.3));
+    // Joint 4 is known in no sample: the losses have to do without it throughout.
     let has_four: [[f32; JOINTS]; BATCH] =
         [std::array::from_fn(|joint| f32::from(u8::from(joint != 4))); BATCH];
     let has_four: Tensor<2> = Tensor::from_data(TensorData::from(has_four), device);

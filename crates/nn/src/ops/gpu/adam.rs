@@ -87,6 +87,7 @@ impl GpuAdam for Cube {
                 step.weight_decay,
                 step.beta_1,
                 step.beta_2,
+                // Powers are computed once here, not by every thread.
                 1.0 - step.beta_1.powi(step.time),
                 (1.0 - step.beta_2.powi(step.time)).sqrt(),
                 step.epsilon,

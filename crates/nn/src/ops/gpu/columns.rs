@@ -108,6 +108,7 @@ impl Geometry {
     /// `[batch, channels_out, height', width']` from `[pixels, channels_out]`, as a view.
     fn planes(&self, mut pixels: CubeTensor) -> CubeTensor {
         let [rows, columns] = self.output;
+        // A product may pad its rows: their pitch, not the channels, is the step between pixels.
         let pitch = pixels.meta.strides()[0];
         pixels.meta.remove(0);
         for (size, stride) in
@@ -184,6 +185,7 @@ impl Geometry {
             return permute_nhwc_to_nchw(reshape(columns, Shape::from(self.input)));
         }
         let images = empty(&columns, Shape::from(self.input));
+        // A thread for each pixel sums what falls on it: no atomics, and always the same order.
         let (client, count) = (columns.client.clone(), self.input.iter().product());
         let address = address(&[&images, &columns]);
         let (cubes, cube) = cubes(&client, count);
@@ -262,6 +264,7 @@ impl Product {
         });
         let client = out.client.clone();
         launch_ref(
+            // Plain units, not matrix units, which would round f32 to TF32.
             &Strategy::MultiLevel(MultiLevel::DoubleUnit(Default::default())),
             &client,
             InputBinding::new(a.binding(), element),

@@ -47,6 +47,7 @@ fn forward_by(way: Way, layer: &Conv2d, input: Tensor<4>) -> Tensor<4> {
         ConvOptions::new_with_padding(layer.stride, padding, layer.dilation, layer.groups);
     let (input, weight) = (input.into_dispatch(), layer.weight.val().into_dispatch());
     let output = Tensor::<4>::from_dispatch(Dispatch::gpu_conv(input, weight, options, way));
+    // Burn adds the bias: it has the gradient of the sum already.
     match &layer.bias {
         Some(bias) => output + bias.val().reshape([1, -1, 1, 1]),
         None => output,
@@ -86,6 +87,7 @@ impl<C: CheckpointStrategy> GpuConvolution for Autodiff<Cube, C> {
         let output = convolution(x.clone(), w.clone(), options.clone(), way);
         match Convolution.prepare::<C>([input.node(), weight.node()]).compute_bound().stateful() {
             OpsKind::Tracked(prep) => prep.finish((x, w, options, way), output),
+            // An untracked output must not keep its inputs alive.
             OpsKind::UnTracked(prep) => prep.finish(output),
         }
     }

@@ -81,6 +81,7 @@ pub(super) fn by_weight(
     let ([batch, height, width, channels], [rows, columns]) =
         (gradient.shape().dims(), geometry.kernel());
     let taps = rows * columns * channels;
+    // The weights are too few to keep a GPU busy: pieces of the pixels are summed in parallel.
     let (count, per) = pieces(batch * height * width, taps);
     let sums = empty(&input, Shape::from([count, taps]));
     let (client, address) = (input.client.clone(), address(&[&input, &gradient, &sums]));

@@ -40,6 +40,7 @@ impl Way {
     /// The way that `EVPOSE_GPU_CONVOLUTION` sets, for measurements: `burn`, `implicit` or `columns`;
     /// else our columns in f32.
     fn chosen() -> Self {
+        // Every convolution asks, and the environment must not change the way within a run.
         static CHOSEN: OnceLock<Way> = OnceLock::new();
         *CHOSEN.get_or_init(|| {
             let name = std::env::var("EVPOSE_GPU_CONVOLUTION").unwrap_or_default();

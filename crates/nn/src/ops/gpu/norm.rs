@@ -38,6 +38,7 @@ pub(super) fn statistics(
 ) -> [CubeTensor; 4] {
     let input = permute_nchw_to_nhwc(input);
     let [batch, height, width, channels] = input.shape().dims();
+    // Channels are too few to keep a GPU busy: pieces of the pixels are summed in parallel.
     let (count, per) = pieces(batch * height * width, channels);
     let [sums, squares] = [(); 2].map(|()| empty(&input, Shape::from([count, channels])));
     let outputs = [(); 4].map(|()| empty(&input, Shape::from([channels])));
@@ -155,6 +156,8 @@ impl Norm {
                 element,
             );
         }
+        // The gradient by a value needs the sums over the whole batch, so it has a launch of its
+        // own.
         let sums = partial.map(|partial| sum_pieces(partial, Shape::from([channels])));
         let [by_beta, by_gamma] = sums.clone().map(CubeTensor::into_tensor_arg);
         let [gamma, beta, mean, variance] = norm.map(CubeTensor::into_tensor_arg);

@@ -33,6 +33,7 @@ pub(crate) fn normalized(layer: &BatchNorm, input: Tensor<4>, activation: Activa
     let is_trained = device.is_autodiff();
     let running = [&layer.running_mean, &layer.running_var];
     let [mean, variance] = running.map(|running| {
+        // As in Burn's layer, updates by other threads are merged before the mean moves on.
         let value = if is_trained { running.value_sync() } else { running.value() };
         value.to_device(&device).into_dispatch()
     });
@@ -40,6 +41,7 @@ pub(crate) fn normalized(layer: &BatchNorm, input: Tensor<4>, activation: Activa
         let momentum = layer.momentum as f32;
         let of = input.clone().into_dispatch();
         let (statistics, running) = Dispatch::gpu_statistics(of, mean, variance, momentum);
+        // Without `detach`, the graphs of all batches would hang together.
         layer.running_mean.update(Tensor::from_dispatch(running.0).detach());
         layer.running_var.update(Tensor::from_dispatch(running.1).detach());
         statistics
@@ -127,6 +129,7 @@ impl<C: CheckpointStrategy> GpuNormalization for Autodiff<Cube, C> {
         epsilon: f32,
         activation: Activation,
     ) -> FloatTensor<Self> {
+        // Mean and variance need no node: the backward pass takes them for those of the input.
         let nodes = [input.node(), gamma.node(), beta.node()];
         let [gamma, beta, mean, variance] =
             [gamma, beta, mean, variance].map(|tensor| tensor.primitive().clone());

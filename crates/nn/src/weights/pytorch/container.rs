@@ -105,6 +105,7 @@ impl Container {
             let cut = || TensorError::of(format!("the file ends at byte {end} in storage {key}"));
             let (head, rest) = bytes[at..].split_first_chunk().ok_or_else(cut)?;
             let length = usize::try_from(i64::from_le_bytes(*head)).ok();
+            // A damaged count must not ask for more than the file has.
             let length = length.and_then(|count| count.checked_mul(*size)).ok_or_else(cut)?;
             let content = rest.get(..length).ok_or_else(cut)?;
             storages.insert(key.to_owned(), content.to_vec());

@@ -69,6 +69,7 @@ pub fn load_lift_mono(
     device: &Device,
 ) -> Result<LiftMono, NnError> {
     let network = read(path, config.zeros(device)?, LiftMono::pytorch_name)?;
+    // Another count of joints means another data set, whose order is not known here.
     let is_dhp19s = config.joints == NETWORK_FROM_DHP19.len();
     Ok(if is_dhp19s { network.with_joint_order(&NETWORK_FROM_DHP19) } else { network })
 }

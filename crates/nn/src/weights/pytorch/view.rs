@@ -78,6 +78,7 @@ impl View {
         let storage = container.storage(&self.storage);
         let missing = || TensorError::of(format!("storage {} is missing", self.storage));
         let storage = storage.ok_or_else(missing)?;
+        // Nearly all weights are contiguous: one copy does instead of one for each element.
         let bytes = if self.is_contiguous() { self.slice(storage) } else { self.gather(storage) };
         let outside = || TensorError::of(format!("it lies outside of storage {}", self.storage));
         let bytes = bytes.ok_or_else(outside)?;
@@ -115,6 +116,7 @@ impl View {
             }
             let start = index.checked_mul(self.size)?;
             gathered.extend_from_slice(storage.get(start..)?.get(..self.size)?);
+            // The last index runs fastest: row-major order.
             for (at, &length) in position.iter_mut().zip(&self.shape).rev() {
                 *at = (*at + 1) % length;
                 if *at != 0 {

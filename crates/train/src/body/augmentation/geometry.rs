@@ -121,6 +121,7 @@ fn skew(from: [DVec2; 3]) -> Option<DAffine2> {
     let sides = |[a, b, c]: [DVec2; 3]| DMat2::from_cols(b - a, c - a);
     let (before, after) = (sides(from), sides(SKEWED));
     let area = after.determinant() / before.determinant();
+    // A negative ratio is outside as well: a mirror image would exchange left and right.
     if !(MIN_AREA_RATIO..=1.0 / MIN_AREA_RATIO).contains(&area) {
         return None;
     }

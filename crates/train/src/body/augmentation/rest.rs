@@ -88,6 +88,7 @@ impl Rest {
     /// Gives the pixels about the limbs values of other pixels of the image, which has `side`
     /// columns: the noise of the place remains.
     pub(super) fn erase(&self, image: &mut [f32], side: usize) {
+        // A copy of the generator: the same view always erases the same way.
         let mut rng = self.rng.clone();
         let n = image.len();
         for pixel in 0..n {

@@ -53,6 +53,7 @@ pub(in crate::body) fn draw(
         let view_from_image = map.unwrap_or(DAffine2::IDENTITY) * mirror;
         let seen = moved(label, view_from_image, is_mirrored);
         let (before, after) = (unlabelled(label), unlabelled(&seen));
+        // Joints that the image lacks anyway are no loss of the view.
         if after <= before + augmentation.max_lost && after <= augmentation.max_unlabelled {
             view = BodyView { label: seen, view_from_image, ..view };
         }
@@ -65,6 +66,7 @@ pub(in crate::body) fn draw(
         view.noise = Some((rng, augmentation.noise_grey));
     }
     if greys.chance(augmentation.blank_probability) {
+        // In the view, where a joint may lie elsewhere than in the image.
         view.blank = draw_square(augmentation, &mut greys, &view.label);
     }
     let rests = CounterRng::new(seed, "body augmentation rest", sample);

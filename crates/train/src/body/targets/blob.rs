@@ -32,6 +32,7 @@ impl Blobs {
             let d = (x * x + y * y).sqrt();
             if d <= r { (-STEEPNESS * d / r).exp() as f32 } else { 0.0 }
         };
+        // A blob is symmetric: a quarter has all of its values.
         let quarter = |r: usize| {
             let cell = |i: usize| value(r, i % (r + 1), i / (r + 1));
             (0..(r + 1) * (r + 1)).map(cell).collect()
@@ -66,6 +67,7 @@ pub(super) fn size(label: &BodyLabel) -> usize {
         labelled().fold(start, |bound, &Keypoint { position, .. }| of(bound, position))
     };
     let span = bound(Vec2::NEG_INFINITY, Vec2::max) - bound(Vec2::INFINITY, Vec2::min);
+    // Without joints both bounds are infinite, and nobody would be the largest person.
     let area = if labelled().next().is_some() { span.element_product() } else { 0.0 };
     SIZES.into_iter().find(|(_, above)| area < *above).map_or(LARGEST, |(size, _)| size)
 }

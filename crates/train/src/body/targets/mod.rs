@@ -174,6 +174,7 @@ impl BodyGrid {
                 continue;
             };
             self.blobs.add(heatmap, cell, size);
+            // Joints of other people are joints: a network must not learn to suppress them.
             let others = label.other_keypoints.get(joint).into_iter().flatten();
             others.filter_map(|&at| self.cell(at)).for_each(|at| self.blobs.add(heatmap, at, size));
         }
@@ -181,6 +182,7 @@ impl BodyGrid {
         if self.parity || label.keypoints.iter().any(Keypoint::is_labelled) {
             self.blobs.add(centers, middle, size + CENTER_SIZE);
         }
+        // Found before others are added: the regressions are those of this person.
         let alone = self.decoder.center_cell(centers);
         for at in label.other_centers.iter().filter_map(|&at| self.cell(at)) {
             self.blobs.add(centers, at, size + CENTER_SIZE);
@@ -211,6 +213,7 @@ impl BodyGrid {
         };
         std::array::from_fn(|axis| {
             let [cell, at, middle] = [cell[axis], at[axis], middle[axis]].map(|i| i as f32);
+            // There the published program subtracts the way to the middle where it should add it.
             let is_turned = self.parity && middle < self.side as f32 / 2.0 - 1.0;
             if is_turned { (cell - middle) - (middle - at) } else { cell - at }
         })

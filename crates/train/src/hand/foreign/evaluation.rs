@@ -53,6 +53,7 @@ pub fn evaluate_foreign_hands(
             let next = poses.partition_point(|pose| pose.t < label.t);
             let around = poses[next.saturating_sub(1)..].iter().take(2);
             let nearest = around.min_by_key(|pose| (pose.t - label.t).0.abs());
+            // A label far from every pose would measure a gap of the stream, not the network.
             let Some(pose) = nearest.filter(|pose| (pose.t - label.t).0.abs() <= MAX_OFFSET.0)
             else {
                 continue;
@@ -104,7 +105,9 @@ pub fn foreign_hand_views(
     let rows: Vec<&HandJointRow> =
         recording.labels.rows.iter().filter(|label| label.t >= first).collect();
     let mut views = Vec::new();
-    for k in 0..count.min(rows.len()) {
+    // The middles of equal parts of the labels.
+    let count = count.min(rows.len());
+    for k in 0..count {
         let label = rows[(2 * k + 1) * rows.len() / (2 * count)];
         stream.advance(label.t)?;
         let PoseStream { frontend, worker, .. } = stream.stream();
@@ -140,6 +143,7 @@ fn stream<'a>(
 fn score(predicted: &PoseEstimate, label: &HandJointRow, scores: &mut SequenceScores) {
     let PoseEstimate::Hand { points, camera_m, .. } = predicted else { return };
     let predicted = HandPoints { world_m: **camera_m, image_px: points.image_px };
+    // Nothing reads these zeros: without positions only the image is scored.
     let world_m = label.camera_m.unwrap_or([Vec3::ZERO; 21]);
     let truth = HandPoints { world_m, image_px: label.image_px };
     if label.camera_m.is_some() {

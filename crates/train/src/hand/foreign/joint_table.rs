@@ -61,6 +61,7 @@ fn row(pose: &TimedPose) -> HandJointRow {
     for (point, joint) in image_px.iter_mut().zip(&pose.joints) {
         *point = joint.image_px;
     }
+    // Errors in space need all joints; a hand that lacks one is scored on the image alone.
     let camera_m: Option<Vec<Vec3>> = pose.joints.iter().map(|joint| joint.position_m).collect();
     let camera_m = camera_m.and_then(|points| points.try_into().ok());
     HandJointRow { t: pose.t, image_px, camera_m }

@@ -146,6 +146,8 @@ mod tests {
         let camera = "fx_px = 310\nfy_px = 311\ncx_px = 172.5\ncy_px = 129.5\n";
         let info = "sensor = { width = 346, height = 260 }\n[camera]\n";
         write("00.toml", &format!("{info}{camera}"));
+        // OpenCV counts from the centre of the first pixel: its principal point is half a pixel
+        // less.
         let opencv = write(
             "calibration.yaml",
             "image_width: 346\nimage_height: 260\ncamera_matrix:\n  data: [310, 0, 172, 0, 311, \

@@ -121,6 +121,7 @@ fn track(
         progress(now.saturating_sub(done));
         done = done.max(now);
     }
+    // The last inference may come before the end of the sequence.
     progress(sequence.frames() - done);
     usage.events += stream.events();
     // A new scene sends a burst of events that no camera would see: it is no work to be counted.

@@ -26,10 +26,12 @@ pub(crate) fn adam<E: Float>(
         terminate!();
     }
     let value = parameter[ABSOLUTE_POS];
+    // The decay joins the gradient before the moments: Adam's L2 penalty, not AdamW's.
     let slope = gradient[ABSOLUTE_POS] + E::cast_from(weight_decay) * value;
     let (one, beta_1, beta_2) = (E::from_int(1), E::cast_from(beta_1), E::cast_from(beta_2));
     let mean = beta_1 * first[ABSOLUTE_POS] + (one - beta_1) * slope;
     let square = beta_2 * second[ABSOLUTE_POS] + (one - beta_2) * slope * slope;
+    // The epsilon is added after the correction, as in Burn: a GPU trains as the CPU does.
     let root = E::sqrt(square) / E::cast_from(correction_2) + E::cast_from(epsilon);
     let step = E::cast_from(learning_rate) * (mean / E::cast_from(correction_1)) / root;
     next[ABSOLUTE_POS] = value - step;

@@ -19,9 +19,11 @@ pub(crate) fn forward<E: Float>(
     if ABSOLUTE_POS >= output.len() {
         terminate!();
     }
+    // Channels are last, so that neighbouring threads read neighbours.
     let (rest, channel) = shape.index(3).div_mod(ABSOLUTE_POS);
     let (rest, j) = shape.index(2).div_mod(rest);
     let (image, i) = shape.index(1).div_mod(rest);
+    // Indices are unsigned: in padded coordinates no difference is negative.
     let (top, left) = (*geometry.index(2), *geometry.index(3));
     let (bottom, right) = (images.shape(1) + top, images.shape(2) + left);
     let mut sum = E::from_int(0);
@@ -120,6 +122,7 @@ pub(crate) fn weight_sums<E: Float>(
     let (bottom, right) = (images.shape(1) + top, images.shape(2) + left);
     let (down, across) = (row * *geometry.index(4), column * *geometry.index(5));
     let mut sum = E::from_int(0);
+    // One thread sums a piece in order: without atomics every run has the same bits.
     for pixel in begin..end {
         let (rest, j) = shape.index(2).div_mod(pixel);
         let (image, i) = shape.index(1).div_mod(rest);

@@ -114,6 +114,7 @@ pub(crate) fn moments<E: Float>(
     let count = E::cast_from(pixels);
     let offset = sum / count;
     let center = values[ABSOLUTE_POS * values.stride(3)] + offset;
+    // Rounding may leave a constant channel below zero, where the root is not a number.
     let spread = max(square / count - offset * offset, E::from_int(0));
     mean[ABSOLUTE_POS] = center;
     variance[ABSOLUTE_POS] = spread;
@@ -169,6 +170,8 @@ pub(crate) fn parameter_sums<E: Float>(
             + y * gradient.stride(1)
             + x * gradient.stride(2)
             + channel * gradient.stride(3)];
+        // The output before its activation is computed again: to keep it would cost a batch of
+        // memory.
         let by_norm = before_activation::<E>(by_output, normal * slope + offset, activation);
         sum += by_norm;
         product += by_norm * normal;
@@ -214,6 +217,7 @@ pub(crate) fn value_gradient<E: Float>(
     let slope = gamma[channel];
     let by_norm = before_activation::<E>(by_output, normal * slope + beta[channel], activation);
     let pixels = values.shape(0) * values.shape(1) * values.shape(2);
+    // Mean and variance move with every value: their share of the gradient is taken off.
     let mean_gradient = (by_beta[channel] + normal * by_gamma[channel]) / E::cast_from(pixels);
     output[ABSOLUTE_POS] = slope * scale * (by_norm - mean_gradient);
 }
@@ -226,6 +230,7 @@ pub(crate) fn value_gradient<E: Float>(
 )]
 fn before_activation<E: Float>(gradient: E, value: E, #[comptime] activation: u32) -> E {
     let mut result = gradient;
+    // At the kinks themselves the gradient is zero, as PyTorch has it.
     if comptime![activation > 0] {
         if value <= E::from_int(0) {
             result = E::from_int(0);
