@@ -100,6 +100,7 @@ impl Along<'_> {
                 .filter(inside)
                 .collect();
             let step = ticks.len().div_ceil(9).max(1);
+            // However many ticks are skipped, 1 keeps its own: it is where a gap ends.
             let from_one = ticks.iter().position(|tick| (tick - 1.0).abs() < 1e-9).unwrap_or(0);
             return ticks.into_iter().skip(from_one % step).step_by(step).collect();
         }

@@ -123,6 +123,7 @@ impl Visit<'_> for Reader {
             }
             Item::Mod(ItemMod { ident, content: Some((_, items)), .. }) => {
                 self.here.push(ident.to_string());
+                // An inline module has an entry even if it holds no item.
                 self.module();
                 items.iter().for_each(|item| self.visit_item(item));
                 self.here.pop();

@@ -79,6 +79,7 @@ impl EdgeMap {
         let (above, below) = (word - stride, word + stride);
         self.seed(above, across, &later);
         self.seed(below, across, &later);
+        // Few edges touch the side of their word, so most words skip these six neighbours.
         if to_left != 0 {
             for neighbour in [above - 1, word - 1, below - 1] {
                 self.seed(neighbour, to_left, &later);

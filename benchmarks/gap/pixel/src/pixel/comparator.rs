@@ -109,6 +109,7 @@ impl Comparators {
         self.release_s = None;
         let mut thresholds = [self.base_on, self.base_off];
         if let Some(offsets) = self.dark_offsets {
+            // Offsets count fully in darkness and fade as light grows beyond a tenth of white.
             let darkness = (0.1 / (level.exp() + 0.1)).sqrt();
             thresholds[0] *= (offsets[0] * darkness).exp();
             thresholds[1] *= (offsets[1] * darkness).exp();

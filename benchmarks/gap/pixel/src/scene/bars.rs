@@ -23,6 +23,7 @@ pub(super) struct Bars {
 
 impl Bars {
     pub(super) fn new(draws: &mut Sequence) -> Self {
+        // Each grating has a range of speeds of its own: every scene has slow and fast edges.
         let mut speeds = [draws.log_between(10.0, 25.0), draws.log_between(30.0, 80.0), 0.0, 0.0];
         speeds[2] = draws.log_between(100.0, 220.0);
         speeds[3] = draws.log_between(300.0, 500.0);
