@@ -104,6 +104,7 @@ pub(super) fn uniformity(ps: &[f64], steps: usize) -> Option<Uniformity> {
     let n = ps.len() as f64;
     let off = |k: usize| {
         let at = k as f64 / steps as f64;
+        // A multiple that was computed in another way may lie just above itself.
         let below = ps.iter().filter(|p| **p <= at + 1e-9).count() as f64;
         (below / n - at).abs()
     };

@@ -117,6 +117,7 @@ impl Decoder for Packets {
         let mut at = 0;
         loop {
             let rest = &bytes[at..];
+            // A packet may be longer than a block, so that what is left to skip outlasts the call.
             if self.skipped > 0 {
                 let passed = self.skipped.min(rest.len() as u64);
                 self.skipped -= passed;
