@@ -43,6 +43,7 @@ pub(super) struct Bin {
 pub(super) fn bins(names: &[(f64, bool)]) -> Vec<Bin> {
     let bin = |edges: &[f64]| {
         let (from, to) = (edges[0], edges[1]);
+        // The last bin holds its upper edge, or a probability of 1 would be in none.
         let is_in = |p: f64| p >= from && (p < to || (to == 1.0 && p <= 1.0));
         let inside: Vec<(f64, bool)> =
             names.iter().copied().filter(|(stated, _)| is_in(*stated)).collect();

@@ -51,6 +51,7 @@ fn poisson(stream: Stream, rate_hz: f64, duration_s: f64, mut event: impl FnMut(
     }
     let mut t_s = 0.0;
     for index in 0.. {
+        // Intervals of a Poisson process are exponential, so that no time is stepped through.
         t_s += stream.exponential(index) / rate_hz;
         if t_s >= duration_s {
             return;

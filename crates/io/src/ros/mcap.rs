@@ -100,6 +100,7 @@ impl Mcap {
         let foot = self.body.strip_suffix(MAGIC)?;
         let (FOOTER, body) = (*foot.first()?, foot.get(HEAD as usize..)?) else { return None };
         let start = u64_of(body);
+        // A start of 0 means that the recorder wrote no summary.
         let length = end.checked_sub(start).filter(|_| start > 0)?;
         self.bytes.read((start, start), length, &mut self.body).ok()?;
         let mut index = Index::default();

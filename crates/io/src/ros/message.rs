@@ -117,6 +117,7 @@ impl MessageDecoder {
                 list(&mut fields, columns)
             }
         };
+        // A message without events says nothing about the time of the first event.
         if columns.len() > before {
             self.header_us = self.header_us.or(Some(header_us));
         }

@@ -33,6 +33,7 @@ impl FrameSequence {
 
     /// Catmull and Rom's cubic through the four frames around `t_s`.
     pub(super) fn log_light(&self, x: usize, y: usize, t_s: f64) -> f64 {
+        // The cubic needs one frame before and two behind, so that frames begin one step early.
         let last = (self.frames.len() - 4) as f64;
         let place = (t_s * RATE_HZ).clamp(0.0, last);
         let k = place as usize;

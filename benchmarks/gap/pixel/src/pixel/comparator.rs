@@ -205,5 +205,6 @@ fn smooth_field(camera_seed: u64, length_px: f64, pixel: u32) -> f64 {
             ((kx * x + ky * y) / length_px + phase).cos()
         })
         .sum();
+    // A cosine of random phase has a variance of one half.
     sum * (2.0 / WAVES as f64).sqrt()
 }

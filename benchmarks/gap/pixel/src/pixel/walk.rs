@@ -74,6 +74,7 @@ impl<F: Fn(f64) -> f64> Walker<F> {
             self.refine(before, after);
             before = after;
         }
+        // The last cell may reach beyond the end of the recording.
         self.spikes.retain(|spike| spike.t_s < duration_s);
         self.spikes
     }

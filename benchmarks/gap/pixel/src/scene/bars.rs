@@ -65,6 +65,7 @@ impl Bars {
 fn grating(draws: &mut Sequence, speed_px_s: f64) -> Band {
     let period_px = draws.log_between(9.0, 26.0).max(speed_px_s / 10.0);
     let half_range_ln = draws.between(0.3, 0.65);
+    // The whole wave stays within the range of light that a scene may have.
     let mean_ln = draws.between(DARKEST_LN + half_range_ln, -half_range_ln);
     let slant = draws.between(-0.5, 0.5);
     let direction = draws.sign();
