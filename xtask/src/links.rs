@@ -76,6 +76,7 @@ fn file_of(page: &str, target: &str) -> String {
         return path.to_owned();
     }
     let mut parts: Vec<&str> = page.split('/').collect();
+    // A heading alone is one of the page, while a path begins in the folder of the page.
     parts.truncate(parts.len() - usize::from(!path.is_empty()));
     for part in path.split('/').filter(|part| !part.is_empty() && *part != ".") {
         if part == ".." { parts.truncate(parts.len().saturating_sub(1)) } else { parts.push(part) }
