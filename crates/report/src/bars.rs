@@ -85,6 +85,7 @@ impl Along<'_> {
     pub(crate) fn place(&self, value: f64) -> f64 {
         let (low, high) = self.range;
         let share = match self.is_log {
+            // The logarithm of zero would lie infinitely far to the left.
             true => (value.max(1e-9) / low).ln() / (high / low).ln(),
             false => (value - low) / (high - low),
         };

@@ -123,6 +123,7 @@ impl Windows {
             self.next_batch(&mut discarded)?;
             latest = discarded.t.iter().copied().fold(latest, Micros::max);
         }
+        // The source goes back to the start, so that windows can be read afterwards.
         self.go_to(self.start().unwrap_or(latest))?;
         Ok(latest)
     }

@@ -240,6 +240,7 @@ impl Index {
             Record::Channel { id, channel } => drop(self.channels.insert(id, channel)),
             Record::Message { channel, .. } => *self.counts.entry(channel).or_insert(0) += 1,
             Record::Statistics { messages, of_channels } => {
+                // Counts that do not add up to the total are not trusted.
                 let sum = of_channels.values().try_fold(0_u64, |sum, n| sum.checked_add(*n));
                 self.has_counts = sum == Some(messages);
                 self.counts = of_channels;

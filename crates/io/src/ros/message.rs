@@ -197,6 +197,7 @@ fn evt3(
     most: usize,
 ) -> Result<(), Reason> {
     let (before, mut took) = (columns.len(), 0);
+    // A packet of vectors is refused before its events fill the memory.
     for slice in bytes.chunks(SLICE) {
         took += decoder.decode(slice, false, columns).map_err(|fault| fault.reason)?;
         believed(columns.len() - before, most)?;

@@ -49,6 +49,7 @@ impl FrameSequence {
 /// Half of the symmetric kernel, middle first, whose sum over both halves is 1.
 fn kernel(sigma_px: f64) -> Vec<f64> {
     let variance = sigma_px * sigma_px;
+    // Beyond 4.5 standard deviations lies less than 1e-5 of the weight.
     let reach = (4.5 * sigma_px).ceil() as i32 + 1;
     let half: Vec<f64> = (0..=reach).map(|n| (-variance).exp() * bessel_i(n, variance)).collect();
     let total = 2.0 * half.iter().sum::<f64>() - half[0];

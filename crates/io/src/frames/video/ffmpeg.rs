@@ -94,6 +94,7 @@ impl Drop for Ffmpeg {
 
 /// The program with its input: the first video stream of a file, and no other address.
 fn ffmpeg(path: &Path) -> Command {
+    // The prefix keeps any name of a file from being taken for an address or an option.
     let mut address = std::ffi::OsString::from("file:");
     address.push(path);
     let mut command = Command::new(PROGRAM);
