@@ -46,6 +46,7 @@ pub(crate) fn run(args: &[String], say: fn(&str)) -> Result<()> {
 }
 
 fn succeeds(command: &mut Command) -> Result<()> {
+    // Nothing may wait for input here.
     let status = command.stdin(Stdio::null()).status();
     let status = status.with_context(|| format!("starting {command:?}"))?;
     ensure!(status.success(), "{command:?} ended with {status}");

@@ -184,6 +184,7 @@ pub fn grid(
     columns: usize,
     (width, height): (u32, u32),
 ) -> Result<String, DrawingError> {
+    // A drawing without charts still has a height.
     let rows = charts.len().div_ceil(columns.max(1)).max(1);
     document((width * columns as u32, height * rows as u32), |root| {
         root.fill(&WHITE).map_err(DrawingError::new)?;

@@ -273,6 +273,7 @@ fn varint(bytes: &mut &[u8]) -> Option<u64> {
     let mut value = 0;
     for k in 0..9 {
         let byte = *bytes.split_off_first()?;
+        // The ninth byte holds eight bits, the others seven.
         if k == 8 {
             return Some(value << 8 | u64::from(byte));
         }
