@@ -274,6 +274,7 @@ fn fault(shared: &Sandbox, name: &str, line: &str, word: &str) -> Option<String>
     let mut command = sandbox.evpose(&words);
     let mut child = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
     let stderr = child.stderr.take().unwrap();
+    // Standard error is read meanwhile: a command whose pipe is full would seem to hang.
     let reader = std::thread::spawn(move || std::io::read_to_string(stderr).unwrap_or_default());
     let began = Instant::now();
     let status = loop {

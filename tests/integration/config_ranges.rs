@@ -88,6 +88,7 @@ fn check<C: Experiment>(name: &str, text: &str) -> usize {
             let mut changed = whole.clone();
             *at(&mut changed, place) = value.clone();
             let checked = C::parse(&toml::to_string(&changed).unwrap(), &[]);
+            // A value is taken only where zero, a sign or a huge count has a meaning.
             match checked {
                 Ok(_) => assert!(
                     is_small && (is_signed || !is_negative)

@@ -110,6 +110,7 @@ fn hands_are_scored_by_the_poses_that_are_written() {
     let labels = MetaReader::open(sandbox.path("data/0000.meta")).unwrap();
     let mut checkpoint =
         HandCheckpoint::load(Path::new(&shipped("hand-quick.bpk")), &Device::flex()).unwrap();
+    // Intervals are not compared here, and resampling them takes time.
     checkpoint.config.evaluation.bootstrap.resamples = 0;
     let config = &checkpoint.config;
     for change in CHANGES {

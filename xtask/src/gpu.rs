@@ -25,6 +25,7 @@ pub(crate) fn run(args: &[String], say: fn(&str)) -> Result<()> {
     build.args(["build", "--release", "--bin=evpose", "--features", FEATURES]);
     build.args(["--config", WITHOUT_LLVM]).args(args).env("CUDARC_CUDA_VERSION", CUDA);
     let built = build.status();
+    // The lock file is restored before the result is checked: a failed build changes none.
     std::fs::write("Cargo.lock", lock).context("putting Cargo.lock back")?;
     ensure!(built.context("starting cargo")?.success(), "the program was not built");
     std::fs::create_dir_all(FOLDER)?;
@@ -45,6 +46,7 @@ pub(crate) fn run(args: &[String], say: fn(&str)) -> Result<()> {
 }
 
 fn succeeds(command: &mut Command) -> Result<()> {
+    // Nothing may wait for input here.
     let status = command.stdin(Stdio::null()).status();
     let status = status.with_context(|| format!("starting {command:?}"))?;
     ensure!(status.success(), "{command:?} ended with {status}");

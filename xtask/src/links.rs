@@ -34,6 +34,7 @@ pub(crate) fn run(say: fn(&str)) -> Result<()> {
             count += 1;
             let file = file_of(page, target);
             faults.extend(fault(&file, target).map(|fault| format!("{page}:{line}: {fault}")));
+            // The pages of the book are those that its summary links to.
             in_book.extend((page == SUMMARY).then_some(file));
         }
         if MAPS.iter().any(|map| page.starts_with(map)) {
@@ -65,6 +66,7 @@ fn links(text: &str) -> impl Iterator<Item = (usize, &str)> {
         let ends = line.split("](").skip(1).filter_map(|behind| behind.split_once(')'));
         ends.map(move |(target, _)| (number, target))
     });
+    // Any other target with a colon leads out of the repository.
     targets.filter(|(_, target)| {
         ADDRESSES.iter().any(|address| target.starts_with(address)) || !target.contains(':')
     })
@@ -76,6 +78,7 @@ fn file_of(page: &str, target: &str) -> String {
         return path.to_owned();
     }
     let mut parts: Vec<&str> = page.split('/').collect();
+    // A heading alone is one of the page, while a path begins in the folder of the page.
     parts.truncate(parts.len() - usize::from(!path.is_empty()));
     for part in path.split('/').filter(|part| !part.is_empty() && *part != ".") {
         if part == ".." { parts.truncate(parts.len().saturating_sub(1)) } else { parts.push(part) }

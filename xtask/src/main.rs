@@ -53,6 +53,7 @@ fn main() -> ExitCode {
     let args: Vec<String> = std::env::args().skip(1).collect();
     let Some((command, args)) = args.split_first() else {
         say(USAGE);
+        // Wrong usage has an exit code of its own.
         return ExitCode::from(2);
     };
     let result = match command.as_str() {

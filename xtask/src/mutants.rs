@@ -72,6 +72,7 @@ pub(crate) fn run(args: &[String], say: fn(&str)) -> Result<()> {
             continue;
         }
         let (low, high) = wilson(killed, tried);
+        // The interval says what a sample leaves open, and a crate that was tried whole has none.
         let interval = match outcomes.len() < all {
             true => format!("{:.0} to {:.0} %", 100.0 * low, 100.0 * high),
             false => "all were tried".to_owned(),

@@ -20,6 +20,7 @@ pub(crate) fn install(say: fn(&str)) {
         return;
     }
     say(&format!("== installing {}", missing.join(", ")));
+    // A silent mirror must not hold up the tests, and another apt may hold the lock.
     let options = ["-qq", "-o", "Acquire::http::Timeout=60", "-o", "DPkg::Lock::Timeout=120"];
     let apt = |args: &[&str]| {
         let mut apt = Command::new("apt-get");

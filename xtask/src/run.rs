@@ -123,6 +123,7 @@ fn run_step(step: &Step, totals: &mut Totals, say: fn(&str)) -> Result<()> {
         .context("starting cargo")?;
     let output = child.stdout.take().context("cargo's output")?;
     let mut is_any_refused = false;
+    // Lines are split as bytes, since a test may print what is not UTF-8.
     for line in BufReader::new(output).split(b'\n') {
         let line = line.context("reading cargo's output")?;
         let line = String::from_utf8_lossy(&line);
@@ -133,6 +134,7 @@ fn run_step(step: &Step, totals: &mut Totals, say: fn(&str)) -> Result<()> {
     let status = child.wait()?;
     ensure!(status.success(), "cargo ended with {status}");
     ensure!(!is_any_refused, "no crate called {REFUSED}* may be in it");
+    // Cargo passes where a filter matches nothing: a renamed test would never run again.
     ensure!(!args.contains(&"test") || !totals.is_empty(), "there is no such test");
     Ok(())
 }

@@ -44,6 +44,7 @@ pub(super) fn run(args: &RunArgs, program: &Program, plan: PlanId, cases: &[Case
         let report = args.out.join(REPORTS).join(&case.id);
         case_files::write(&folder, case)?;
         let row = row::name(program, &folder, case, &report, begin.elapsed().as_secs_f64())?;
+        // The row is stored before files are removed: an interrupted run repeats one case at most.
         jsonl::append(&mut results, &row)?;
         say_above(&progress, format!("{:>4} {row}", i + 1));
         progress.inc(1);

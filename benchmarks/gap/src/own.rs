@@ -161,6 +161,7 @@ pub(super) fn read(path: &Path) -> Result<Vec<OwnRow>> {
 pub(super) fn summary(rows: &[OwnRow]) -> Option<OwnSummary> {
     let ps: Vec<f64> = rows.iter().map(|row| row.p).collect();
     let uniformity = uniformity(&ps, REPLICATES + 1)?;
+    // A probability of exactly one in twenty counts, however it was rounded.
     let significant = Rate::from_outcomes(ps.iter().map(|p| *p <= LEVEL + 1e-12));
     Some(OwnSummary { significant, uniformity, replicates: REPLICATES })
 }

@@ -94,6 +94,7 @@ impl Program {
             command.arg("--threads").arg(threads.to_string());
         }
         let begin = Instant::now();
+        // A question of the program would wait for an answer that nobody gives.
         let status = command.stdin(Stdio::null()).stdout(file).stderr(errors).status();
         let seconds = begin.elapsed().as_secs_f64();
         let status = status.with_context(|| format!("starting {}", self.path.display()))?;

@@ -43,6 +43,7 @@ pub(super) struct Bin {
 pub(super) fn bins(names: &[(f64, bool)]) -> Vec<Bin> {
     let bin = |edges: &[f64]| {
         let (from, to) = (edges[0], edges[1]);
+        // The last bin holds its upper edge, or a probability of 1 would be in none.
         let is_in = |p: f64| p >= from && (p < to || (to == 1.0 && p <= 1.0));
         let inside: Vec<(f64, bool)> =
             names.iter().copied().filter(|(stated, _)| is_in(*stated)).collect();
@@ -104,6 +105,7 @@ pub(super) fn uniformity(ps: &[f64], steps: usize) -> Option<Uniformity> {
     let n = ps.len() as f64;
     let off = |k: usize| {
         let at = k as f64 / steps as f64;
+        // A multiple that was computed in another way may lie just above itself.
         let below = ps.iter().filter(|p| **p <= at + 1e-9).count() as f64;
         (below / n - at).abs()
     };

@@ -53,6 +53,7 @@ pub(super) fn cases(dirs: &[PathBuf]) -> Result<(Vec<Opened>, Vec<OwnRow>)> {
         let mut truths: HashMap<String, Truth> =
             truths.into_iter().map(|truth| (truth.id.clone(), truth)).collect();
         for row in jsonl::read::<Row>(&dir.join(RESULTS))? {
+            // Each label is used up, so that a case whose row is there twice is an error.
             let truth = truths.remove(&row.id);
             let truth =
                 truth.with_context(|| format!("{}: no line of {}", labels.display(), row.id))?;

@@ -36,6 +36,7 @@ pub(crate) fn places<'n>(
         None => NAMES[what].iter().find_map(|usual| {
             names.clone().position(|name| {
                 let (name, unit) = split(&plain(name));
+                // Only times have units: another column with one is something else.
                 name == *usual && (what == 0 || unit.is_none())
             })
         }),

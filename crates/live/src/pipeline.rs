@@ -270,6 +270,8 @@ impl<'a, F: StreamFrontend> Follower<'a, F> {
             self.recording += 1;
             (self.next_propagated, self.next_image, self.now) = (None, None, first);
         }
+        // The newest time is read before the update, since a gap is measured from the packet
+        // before.
         let newest = self.clock.newest().filter(|_| !packet.is_restart).unwrap_or(first);
         self.clock.update(last, packet.host_time);
         let stall = i64::try_from(self.options.stall.as_micros()).unwrap_or(i64::MAX);
@@ -326,6 +328,7 @@ impl<'a, F: StreamFrontend> Follower<'a, F> {
             }
             return Ok(());
         }
+        // A stride counts from this image: on a fixed grid, two could follow each other at once.
         self.next_image = Some(t + stride);
         match self.frontend.input(t, self.memory.take()) {
             Some(input) => {

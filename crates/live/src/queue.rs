@@ -117,6 +117,7 @@ impl PacketQueue {
         let end = Instant::now() + wait;
         let mut state = self.lock();
         loop {
+            // A packet is taken before a notification, which the caller checks for after it anyway.
             if let Some(packet) = state.packets.pop_front() {
                 state.events -= packet.events.len();
                 drop(state);

@@ -85,6 +85,7 @@ impl Along<'_> {
     pub(crate) fn place(&self, value: f64) -> f64 {
         let (low, high) = self.range;
         let share = match self.is_log {
+            // The logarithm of zero would lie infinitely far to the left.
             true => (value.max(1e-9) / low).ln() / (high / low).ln(),
             false => (value - low) / (high - low),
         };
@@ -100,6 +101,7 @@ impl Along<'_> {
                 .filter(inside)
                 .collect();
             let step = ticks.len().div_ceil(9).max(1);
+            // However many ticks are skipped, 1 keeps its own: it is where a gap ends.
             let from_one = ticks.iter().position(|tick| (tick - 1.0).abs() < 1e-9).unwrap_or(0);
             return ticks.into_iter().skip(from_one % step).step_by(step).collect();
         }

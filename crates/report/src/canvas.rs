@@ -159,6 +159,7 @@ pub fn contact_sheet(images: &[RgbImage], columns: usize) -> RgbImage {
     const GAP: u32 = 6;
     let largest = |side: fn(&RgbImage) -> u32| images.iter().map(side).max();
     let Some((width, height)) = largest(RgbImage::width).zip(largest(RgbImage::height)) else {
+        // An image without pixels could not be written as PNG.
         return RgbImage::new(1, 1);
     };
     let rows = images.len().div_ceil(columns) as u32;

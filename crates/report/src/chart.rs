@@ -146,6 +146,7 @@ impl ChartAxis {
         match (low <= high, self.is_log) {
             (false, true) => (0.1, 10.0),
             (false, false) => (0.0, 1.0),
+            // The margin of a logarithmic axis is a factor: it looks the same at both ends.
             (true, true) => (low / 1.3, high * 1.3),
             (true, false) => {
                 // What does not change is in the middle of the chart.
@@ -183,6 +184,7 @@ pub fn grid(
     columns: usize,
     (width, height): (u32, u32),
 ) -> Result<String, DrawingError> {
+    // A drawing without charts still has a height.
     let rows = charts.len().div_ceil(columns.max(1)).max(1);
     document((width * columns as u32, height * rows as u32), |root| {
         root.fill(&WHITE).map_err(DrawingError::new)?;
@@ -221,6 +223,7 @@ pub fn pck(title: &str, threshold: &str, mut series: Vec<Series>) -> Result<Stri
     for (series, (dash, gap)) in series.iter_mut().skip(1).zip(DASHES.iter().cycle()) {
         series.mark = Mark::Dashes(*dash, *gap);
     }
+    // Names are drawn last, so that no curve hides them.
     series.extend(names);
     curves(&Chart {
         title: title.to_owned(),
@@ -286,6 +289,7 @@ where
         .y_label_formatter(&|v| chart.y.label(*v))
         .axis_desc_style((FONT, NAME_SIZE))
         .label_style((FONT, TICK_SIZE))
+        // Fine lines of the mesh are as white as the page: they would compete with the curves.
         .light_line_style(WHITE)
         .bold_line_style(RGBColor(232, 232, 236))
         .draw()

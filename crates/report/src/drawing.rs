@@ -32,6 +32,7 @@ pub(crate) fn document(
 ) -> Result<String, DrawingError> {
     let mut svg = String::new();
     {
+        // The drawing area borrows the text, and has to end before that is returned.
         let root = SVGBackend::with_string(&mut svg, size).into_drawing_area();
         draw(&root)?;
         root.present().map_err(DrawingError::new)?;

@@ -88,6 +88,7 @@ impl Heatmap {
         for (i, cells) in self.cells.iter().enumerate() {
             for (j, cell) in cells.iter().enumerate() {
                 let (x, y) = (left + j as f64 * width, top + i as f64 * height);
+                // A pixel of paper separates each cell from the next.
                 fill(area, (x, y), (x + width - 1.0, y + height - 1.0), cell.fill)?;
                 if !cell.text.is_empty() {
                     let text = Words::new(&cell.text, CELL_PX, cell.ink, HPos::Center);
@@ -103,6 +104,7 @@ impl Heatmap {
         let mut tooltips = String::new();
         for (i, cells) in self.cells.iter().enumerate() {
             for (j, cell) in cells.iter().enumerate().filter(|(_, cell)| !cell.tooltip.is_empty()) {
+                // A shape without a fill catches no pointer unless it asks for all events.
                 let _ = write!(
                     tooltips,
                     "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{}\" height=\"{}\" fill=\"none\" \

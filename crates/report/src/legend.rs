@@ -78,6 +78,7 @@ impl<'a> ChartHead<'a> {
         }
         for row in &self.rows {
             let width: f64 = row.iter().map(Entry::width_px).sum::<f64>() - ENTRY_GAP_PX;
+            // A row that is too long begins at the margin instead of left of the chart.
             let mut x = (0.5 * (self.width_px - width)).max(MARGIN_PX);
             let middle = y + 0.5 * ROW_PX;
             for entry in row {

@@ -40,6 +40,7 @@ fn even_ticks(low: f64, high: f64) -> Vec<f64> {
     }
     let power = 10_f64.powf((span / MAX_TICKS as f64).log10().floor());
     let step = [1.0, 2.0, 5.0, 10.0].map(|factor| factor * power);
+    // So many intervals have one tick more, at their end.
     let fits = |step: &&f64| span / **step <= MAX_TICKS as f64 - 1.0;
     let step = *step.iter().find(fits).unwrap_or(&step[3]);
     let (first, last) = ((low / step).ceil() as i64, (high / step).floor() as i64);

@@ -106,6 +106,7 @@ impl PixelState for Counts {
             }
         }
         self.clock.observe(last);
+        // Events expire once per push, since nobody can see the planes in the middle of one.
         self.expire();
     }
 

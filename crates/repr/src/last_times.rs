@@ -108,6 +108,7 @@ impl PixelState for LastTimes {
         if self.clock.jumps_back(first) {
             self.reset();
         }
+        // Times since the first event fit 32 bits, of which a vector holds twice as many as of 64.
         let start = *self.origin.get_or_insert(first);
         let is_near = first.0 >= start.0 && last.0.saturating_sub(start.0) <= FURTHEST_US;
         let indices = self.window.indices(events, 0);

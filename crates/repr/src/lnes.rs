@@ -62,6 +62,7 @@ impl Representation for Lnes {
     fn render(&self, out: &mut [f32]) {
         let length = self.last_times.length_us() as f32;
         let inverse = 1.0 / length;
+        // Without fused multiply-add the remainder below would be rounded, and the result wrong.
         if !fuses() {
             return self.last_times.render(out, move |left_us| left_us as f32 / length);
         }

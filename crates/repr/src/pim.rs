@@ -67,6 +67,7 @@ impl Pim {
         if logarithm <= HEAVIEST {
             return logarithm.exp();
         }
+        // Before weights exceed what `f64` holds, all sums are moved to a new origin.
         let faded = (-logarithm).exp();
         self.sums.iter_mut().for_each(|sum| *sum *= faded);
         self.origin = Some(t);

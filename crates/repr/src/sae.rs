@@ -85,6 +85,7 @@ impl Representation for Sae {
                 for (out, &t) in out.iter_mut().zip(last) {
                     *out = match t {
                         NEVER => 0.0,
+                        // The difference of two extreme times would overflow.
                         t => Micros(t.0.saturating_sub(origin.0)).as_seconds() as f32,
                     };
                 }

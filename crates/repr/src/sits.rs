@@ -85,6 +85,7 @@ impl Representation for Sits {
                 value.saturating_sub(u16::from(value >= centre))
             }),
             Ageing::Above => {
+                // A value above the centre is not zero, so that nothing has to saturate.
                 self.values.push(events, self.peak, |v, centre| v - u16::from(v > centre));
             }
         }

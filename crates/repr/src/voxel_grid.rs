@@ -121,6 +121,7 @@ impl VoxelGrid {
         let Some(now) = self.clock.now else { return };
         let before = self.events.len();
         expire(&mut self.events, &self.window, now, |_| ());
+        // Events leave the sums first, so that the sums are never behind the window.
         if let Some(sums) = &mut self.sums {
             sums.remove_first(before - self.events.len());
         }

@@ -16,6 +16,7 @@ pub(super) fn circles<T>(nodes: usize, edges: &BTreeMap<(usize, usize), T>) -> V
         if is_done[node] {
             continue;
         }
+        // An earlier node of the same circle would have marked this one as done.
         let members: Vec<usize> =
             (node..nodes).filter(|&other| reached[node][other] && reached[other][node]).collect();
         members.iter().for_each(|&member| is_done[member] = true);

@@ -56,6 +56,7 @@ pub(crate) fn run(args: &[String], say: fn(&str)) -> Result<()> {
             }
         }
     }
+    // All circles are printed before the run fails.
     if refused > 0 {
         bail!("{refused} circles of more than {MAX_CIRCLE} files");
     }
@@ -68,6 +69,7 @@ fn roots(tracked: &[String]) -> Vec<String> {
         let mut behind = path.split('/').skip_while(|part| *part != "src").skip(1);
         matches!((behind.next(), behind.next()), (Some("lib.rs" | "main.rs"), None))
     };
+    // The fuzz targets lie outside the workspace.
     tracked.iter().filter(is_root).filter(|path| !path.starts_with("fuzz")).cloned().collect()
 }
 

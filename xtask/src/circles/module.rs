@@ -123,6 +123,7 @@ impl Visit<'_> for Reader {
             }
             Item::Mod(ItemMod { ident, content: Some((_, items)), .. }) => {
                 self.here.push(ident.to_string());
+                // An inline module has an entry even if it holds no item.
                 self.module();
                 items.iter().for_each(|item| self.visit_item(item));
                 self.here.pop();
@@ -172,6 +173,7 @@ fn is_for_tests(item: &impl ToTokens) -> bool {
     let tokens: Vec<TokenTree> = item.to_token_stream().into_iter().collect();
     let is_mark = |token: &TokenTree| matches!(token, TokenTree::Punct(p) if p.as_char() == '#');
     tokens.chunks(2).take_while(|pair| is_mark(&pair[0])).any(|attribute| {
+        // An attribute is two tokens: `#` and a group in brackets.
         let text = attribute[1..].iter().map(ToString::to_string).collect::<String>();
         let words: Vec<&str> = text
             .split(|c: char| !c.is_alphanumeric() && c != '_')

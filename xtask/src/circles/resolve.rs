@@ -57,6 +57,8 @@ impl CrateFiles {
             let folder = inner.iter().fold(folder.to_owned(), |folder, part| folder.join(part));
             let here = [module, &inner].concat();
             for (name, file) in &content.children {
+                // A `path` attribute is relative to the folder of the file, not to that of the
+                // module.
                 let named = file.as_ref().map(|file| parent.join(file));
                 let flat = named.unwrap_or_else(|| folder.join(format!("{name}.rs")));
                 let child = [&here[..], std::slice::from_ref(name)].concat();
@@ -128,6 +130,7 @@ impl CrateFiles {
         }
         content.globs.iter().find_map(|glob| {
             let Target::Module(of) = self.resolve(module, glob, depth + 1)? else { return None };
+            // A glob that leads back to its own module would be searched forever.
             if of == *module || depth >= MAX_DEPTH {
                 None
             } else {

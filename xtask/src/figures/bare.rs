@@ -50,6 +50,7 @@ fn is_figure(cell: &str) -> bool {
     let unit = cell[number.len()..].trim_start().split([' ', ',', ';']).next().unwrap_or_default();
     let has_fraction = number.trim_end_matches(['.', ',']).contains('.');
     let measured = ["%", "ms", "px", "mm", "s", "M", "MiB"];
+    // The versions of the project begin with 0.1, and a version is no figure.
     has_fraction && !cell.starts_with("0.1.") || measured.contains(&unit)
 }
 

@@ -21,6 +21,7 @@ pub(super) fn value<'a>(root: &'a Value, path: &str) -> Option<&'a Value> {
 /// Whether an element has all values of a step.
 fn is_meant(element: &Value, step: &str) -> bool {
     step.split('&').filter_map(|condition| condition.split_once('=')).all(|(field, wanted)| {
+        // The step is text, but the field may hold an integer.
         let found = &element[field];
         found == wanted || wanted.parse().is_ok_and(|wanted: i64| found.as_i64() == Some(wanted))
     })
@@ -58,6 +59,7 @@ impl Format {
 pub(super) fn text(value: &Value, format: Option<Format>) -> Result<String> {
     match (value, format) {
         (Value::String(text), None) => Ok(text.clone()),
+        // An integer is exact, so that only fractions need a format.
         (Value::Number(number), None) if !number.is_f64() => Ok(number.to_string()),
         (Value::Number(number), Some(format)) => {
             format.number(number.as_f64().context("a number")?)

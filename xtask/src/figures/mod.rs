@@ -45,6 +45,7 @@ pub(crate) fn run(args: &[String], say: fn(&str)) -> Result<()> {
     let pages = pages()?;
     let mut blocks = Vec::new();
     let mut problems = Vec::new();
+    // The list comes last, since it names the blocks of all other pages.
     for page in pages.iter().map(String::as_str).chain([LIST_PAGE]) {
         let text = std::fs::read_to_string(page).with_context(|| format!("reading {page}"))?;
         let written = rewritten(page, &text, &mut blocks).with_context(|| page.to_owned())?;

@@ -43,6 +43,7 @@ impl Template {
         for Source { file, .. } in &sources {
             let bytes = std::fs::read(file).with_context(|| format!("reading {file}"))?;
             let value: Value = serde_json::from_slice(&bytes).with_context(|| file.clone())?;
+            // Nobody could measure a figure again whose commit, command or machine is unknown.
             let missing: Vec<_> = ORIGIN.iter().filter(|field| value[**field].is_null()).collect();
             ensure!(missing.is_empty(), "{file} does not say {missing:?}");
             stored.insert(file.clone(), value);
@@ -72,6 +73,7 @@ impl Template {
     }
 
     fn place(&self, place: &str) -> Result<String> {
+        // A place is read from its end, since the text behind `or` may hold spaces itself.
         let (place, format) = match place.rsplit_once(' ').map(|(a, b)| (a, Format::parse(b))) {
             Some((place, Some(format))) => (place, Some(format)),
             _ => (place, None),

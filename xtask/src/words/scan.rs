@@ -92,6 +92,7 @@ fn hits<'t>(
     });
     let found: Vec<_> = pattern.find_iter(text).collect();
     found.into_iter().filter_map(move |hit| {
+        // An exception may be longer or shorter than the hit, so any overlap excuses it.
         let is_right = right.iter().any(|r| r.start < hit.end() && hit.start() < r.end);
         (!is_right).then(|| hit.as_str())
     })

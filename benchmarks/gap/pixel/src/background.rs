@@ -40,6 +40,7 @@ fn hot_rate_hz(hot: &HotPixels, camera_seed: u64, pixel: u32) -> Option<f64> {
     let stream = Stream::new(camera_seed, Purpose::HotMap, u64::from(pixel));
     let pixels = (WIDTH * HEIGHT) as f64;
     let chosen = Stream::new(camera_seed, Purpose::HotMap, u64::MAX).bits(0);
+    // One pixel is hot in any case, so that the effect is never absent.
     let first = u64::from(pixel) == chosen % (WIDTH * HEIGHT) as u64;
     (first || stream.uniform(0) < (hot.count - 1.0) / pixels)
         .then(|| hot.median_hz * (hot.spread_ln * stream.normal(1)).exp())
@@ -51,6 +52,7 @@ fn poisson(stream: Stream, rate_hz: f64, duration_s: f64, mut event: impl FnMut(
     }
     let mut t_s = 0.0;
     for index in 0.. {
+        // Intervals of a Poisson process are exponential, so that no time is stepped through.
         t_s += stream.exponential(index) / rate_hz;
         if t_s >= duration_s {
             return;

@@ -191,6 +191,7 @@ impl Case {
             train: self.train,
             validation: self.validation,
             nominal: self.nominal,
+            // A case is visible only if all hidden things are, since its answer has to name each.
             visible: !truth.is_empty() && truth.iter().all(|truth| truth.evidence.visible),
             stages: truth.iter().map(|truth| truth.term.stage).collect(),
             truth,

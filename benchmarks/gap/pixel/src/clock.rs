@@ -73,6 +73,8 @@ impl Jitter {
         let (key, index) = match &mut self.cells {
             None => (0, index),
             Some(cells) => {
+                // Each polarity of a pixel has its own draws, which events of the other do not
+                // shift.
                 let key = 2 * spike.pixel as usize + usize::from(spike.on);
                 (key as u64 + 1, cells[key].index(spike.t_s))
             }

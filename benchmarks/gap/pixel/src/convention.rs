@@ -181,6 +181,8 @@ impl Convention {
         let first = self.parameters.first().map_or(0.0, |parameter| parameter.value);
         let second = self.parameters.get(1).map_or(0.0, |parameter| parameter.value);
         match self.form {
+            // A product may miss the grid by a rounding error, and the counter knows whole
+            // microseconds.
             Form::Grid => circuit.clock.period_us = (first * 1e6).round(),
             Form::AddedCurrent => circuit.photoreceptor.added_share = first,
             Form::Bend => circuit.photoreceptor.bend = Some(Bend { share: first }),
@@ -190,6 +192,7 @@ impl Convention {
                 circuit.clock.latency_spread_ln = second;
             }
             Form::Rates => {
+                // Rates are added to the nominal ones, which the description of the case states.
                 circuit.background.on_hz += first;
                 circuit.background.off_hz += second;
             }

@@ -169,6 +169,7 @@ fn normal_quantile(p: f64) -> f64 {
         2.445_134_137_142_996,
         3.754_408_661_907_416,
     ];
+    // Acklam's approximation has polynomials of its own beyond these probabilities.
     const TAIL: f64 = 0.024_25;
     let horner = |c: &[f64], x: f64| c.iter().fold(0.0, |sum, k| sum * x + k);
     if (TAIL..=1.0 - TAIL).contains(&p) {

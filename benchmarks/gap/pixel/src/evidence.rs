@@ -154,6 +154,7 @@ fn align(old: &[f64], new: &[f64]) -> Vec<(f64, f64)> {
     while i > 0 && j > 0 {
         let here = costs[i * columns + j];
         let pair = costs[(i - 1) * columns + j - 1] + pair_cost(old[i - 1], new[j - 1]);
+        // The sum is the one above, bit by bit, so that the comparison is exact.
         if pair <= here {
             pairs.push((old[i - 1], new[j - 1]));
             (i, j) = (i - 1, j - 1);

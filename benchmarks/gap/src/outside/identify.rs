@@ -57,6 +57,7 @@ pub(super) fn run(args: &OutsideArgs, cases: &[PathBuf]) -> Result<()> {
         jsonl::append(&mut results, &row)?;
         say_above(&progress, &row);
         progress.inc(1);
+        // The output of a failed run stays, since nothing else says why it failed.
         if !args.keep && row.verdict != FAILED {
             files::remove(&report)?;
         }

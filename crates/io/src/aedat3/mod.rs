@@ -67,6 +67,7 @@ fn open(mut input: Input, _: &OpenOptions) -> Result<Box<dyn EventSource>, IoErr
         return Err(damaged("compressed AEDAT 3 is not read: DV makes AEDAT 4 of it"));
     }
     let line = head[end..].iter().position(|byte| *byte == b'\n').map_or(END.len(), |at| at + 1);
+    // The header names the camera alone, and the size of its sensor follows from that.
     let usual_sensor = value("#Source").and_then(|source| {
         SENSORS.iter().find(|(name, _)| source.contains(name)).map(|(_, size)| *size)
     });
@@ -117,6 +118,7 @@ impl Decoder for Packets {
         let mut at = 0;
         loop {
             let rest = &bytes[at..];
+            // A packet may be longer than a block, so that what is left to skip outlasts the call.
             if self.skipped > 0 {
                 let passed = self.skipped.min(rest.len() as u64);
                 self.skipped -= passed;

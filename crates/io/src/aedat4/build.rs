@@ -72,6 +72,7 @@ impl Builder {
     /// Writes the table that the offset at `from` points to, and returns where the offset of
     /// [`Field::Next`] is to be filled in.
     pub(super) fn table(&mut self, from: usize, fields: &[Field]) -> usize {
+        // The memory of the list is used again, since a packet has a table for every sample.
         let mut slots = std::mem::take(&mut self.slots_new);
         slots.clear();
         slots.extend_from_slice(&(4 + 2 * fields.len() as u16).to_le_bytes());

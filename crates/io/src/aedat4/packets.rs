@@ -72,6 +72,7 @@ impl Iterator for Packets {
             return None;
         }
         let packet = self.read().map_err(|error| error.behind(self.events)).transpose();
+        // Behind a fault nobody knows where the next packet begins.
         self.is_over = !matches!(packet, Some(Ok(_)));
         packet
     }

@@ -266,6 +266,7 @@ impl EventSource for Source {
         if self.table == Index::Unread && self.chosen.is_some() {
             self.read_table()?;
         }
+        // Up to the last mark below `t` no event reaches it, and any behind that mark may.
         let known = self.marks.partition_point(|mark| mark.latest < t);
         let mut from = self.marks[known.saturating_sub(1)];
         if self.table == Index::Read {
@@ -273,6 +274,7 @@ impl EventSource for Source {
                 self.go_to(from);
                 return Ok(());
             }
+            // A table that points beside a packet once is trusted nowhere else.
             self.table = Index::Wrong;
             self.marks.truncate(1);
             from = self.marks[0];

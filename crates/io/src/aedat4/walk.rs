@@ -46,6 +46,7 @@ pub(super) struct Body<'a> {
 impl Walk {
     pub(super) fn new(mut input: Input) -> Result<Self, IoError> {
         let mut header = header::read(&mut input)?;
+        // A table before the end of the header is a place that only a broken file states.
         header.table = header.table.filter(|&table| table >= header.end);
         Ok(Self {
             at: header.end,

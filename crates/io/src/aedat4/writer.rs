@@ -125,6 +125,8 @@ impl Writer {
         let mut write = || {
             deflate(self.compression, bytes, &mut self.packed)?;
             self.file.write_all(&self.packed)?;
+            // The header is as long with the place of the table as without, so that it is
+            // overwritten.
             self.file.seek(SeekFrom::Start(0))?;
             self.file.write_all(&header)
         };

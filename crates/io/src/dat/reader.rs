@@ -16,6 +16,7 @@ const FIRST_LINE: &str = "file containing";
 
 /// Whether a header, and the two bytes behind it, are those of a DAT file.
 pub(crate) fn is_dat(lines: &Lines, head: &[u8]) -> bool {
+    // RAW files begin with such lines, too, but only theirs state an encoding.
     if lines.is_empty() || lines.get("format").or(lines.get("evt")).is_some() {
         return false;
     }

@@ -57,6 +57,7 @@ impl Words {
         match u32::try_from(high.wrapping_sub(self.base)) {
             Ok(since) => self.high = u64::from(since) << HIGH,
             Err(_) => {
+                // Events that wait count from the old base, so that they are written first.
                 self.flush(columns);
                 (self.base, self.high) = (high, 0);
             }

@@ -54,6 +54,7 @@ impl Frames for Bag {
         if self.left == 0 {
             return Ok(false);
         }
+        // The first image was read for its size, and it is the first frame as well.
         let first = self.first.take().map(Ok);
         let Some(image) = first.or_else(|| self.images.next()).transpose()? else {
             return Ok(false);

@@ -22,6 +22,7 @@ impl Light {
         };
         let white = white.unwrap_or(usual);
         let mut light = Self { encoding, white, table: Vec::new() };
+        // A table costs one power for each code, instead of one for each pixel.
         light.table = (0..codes).map(|code| light.value_to_light(f64::from(code))).collect();
         light
     }

@@ -58,6 +58,7 @@ impl Shapes {
         let (mut rest, count) = (&content[7..], usize::from(count));
         let mut shapes = [[1; MAX_DIMENSIONS]; 3];
         for shape in &mut shapes {
+            // Shapes are aligned at their end, and dimensions that are missing have length 1.
             let lengths = shape.get_mut(MAX_DIMENSIONS.checked_sub(count)?..)?;
             rest = rest.get(1..)?;
             for length in lengths {
@@ -111,6 +112,7 @@ impl Shapes {
             let corner = each(begin, corner, |begin, offset| begin + offset);
             for (k, row) in block.chunks_exact(row_bytes).enumerate() {
                 let at = each(corner, position(k, rows), |corner, offset| corner + offset);
+                // Blocks and chunks are filled up beyond the array, where a row has no place.
                 if at.iter().zip(&end).any(|(at, end)| at >= end) {
                     continue;
                 }

@@ -35,6 +35,7 @@ pub(super) fn decode(bytes: &[u8], columns: &mut Columns) -> DecodeResult {
         rest => Err(format!("{rest} bytes behind the last event of a chunk").into()),
     });
     events.map_err(|reason| {
+        // Columns are lengthened before they are filled, so that a fault has to shorten them.
         columns.truncate(before);
         DecodeFault { at: packed.at, reason }
     })

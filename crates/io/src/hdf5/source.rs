@@ -115,6 +115,7 @@ impl Hdf5Source {
             return Ok(());
         }
         let (mut times, mut damage) = (Vec::new(), None);
+        // The last row has the longest time, and of a cut file only the first can be read.
         for row in [0, self.rows - 1] {
             match table.load_row(row) {
                 Ok(rows) => {

@@ -161,6 +161,7 @@ impl Table {
     pub(super) fn load_row(&mut self, row: u64) -> Result<u64, Damage> {
         let number = row / self.chunk_rows;
         if self.loaded.number != Some(number) {
+            // No chunk counts as loaded if reading it fails halfway.
             self.loaded.number = None;
             self.load(number)?;
             self.loaded.number = Some(number);

@@ -150,6 +150,7 @@ impl Layout {
             [columns, rows] if of_events.contains(&columns) => {
                 (rows, columns, header.order() == Order::C)
             }
+            // Narrow tables hold a part of each event, as the columns and rows of EVIMO do.
             [rows, columns] if (1..*of_events.start()).contains(&columns) => {
                 (rows, columns, header.order() == Order::Fortran)
             }

@@ -45,6 +45,7 @@ impl Column {
             Self::Whole(values) => Some(values[k]),
             Self::Real(values) => {
                 let value = values[k];
+                // Beyond 9e15, about 2^53, floats do not distinguish neighbouring integers.
                 (value.fract() == 0.0 && value.abs() < 9e15).then_some(value as i64)
             }
         }

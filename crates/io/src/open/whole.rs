@@ -87,6 +87,7 @@ pub(super) fn sensor_of(
 fn stream_of(sensor: SensorSize, columns: Columns) -> (EventStream, OutsideCount) {
     let mut outside = OutsideCount::default();
     let Columns { t, x, y, polarity } = columns;
+    // Nearly always all events fit, and then the columns become the stream without a copy.
     let columns = match EventStream::from_columns(sensor, t, x, y, polarity) {
         Ok(stream) => return (stream, outside),
         Err((t, x, y, polarity)) => Columns { t, x, y, polarity },

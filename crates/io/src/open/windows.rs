@@ -83,6 +83,7 @@ impl Windows {
         // Later events may lie outside of the size: they are rejected.
         (windows.sensor, windows.sensor_origin) =
             sensor_of(path, header, options, || Extent::of(&windows.buffer).size())?;
+        // The first events were counted before the sensor was known, so they are counted again.
         (windows.surveyed_to, windows.outside) = (Micros(i64::MIN), OutsideCount::default());
         let first = std::mem::take(&mut windows.buffer);
         windows.survey(0, &first)?;
@@ -122,6 +123,7 @@ impl Windows {
             self.next_batch(&mut discarded)?;
             latest = discarded.t.iter().copied().fold(latest, Micros::max);
         }
+        // The source goes back to the start, so that windows can be read afterwards.
         self.go_to(self.start().unwrap_or(latest))?;
         Ok(latest)
     }

@@ -65,6 +65,7 @@ fn line_of(kind: PoseKind, frame: Option<JointFrame>, pose: &TimedPose) -> Strin
     };
     value("latency_ms", pose.latency_ms.map(|ms| rounded(ms, 3)));
     value("score", pose.score.filter(|s| s.is_finite()).map(|s| rounded(s.into(), 4)));
+    // A hand whose frame is not stated is in the camera's, as every estimate of one is.
     let of_hands = (kind == PoseKind::Hand).then_some(JointFrame::Camera);
     value("frame", frame.or(of_hands).map(|frame| format!("\"{}\"", frame.name())));
     // JSON has no infinity and no NaN.

@@ -99,6 +99,7 @@ mod columns {
         while poses.peek().is_some() {
             let mut lines = String::new();
             poses.by_ref().take(GROUP).for_each(|pose| columns.push_line(&mut lines, &pose));
+            // Columns are cut from the text of the table, so that both formats round alike.
             let rows: Vec<Vec<&str>> =
                 lines.lines().map(|line| line.split(',').collect()).collect();
             let mut group = writer.next_row_group()?;

@@ -57,6 +57,7 @@ impl<'a> Fields<'a> {
 
     fn number<const N: usize>(&mut self) -> Result<[u8; N], Reason> {
         if self.serialisation == Serialisation::Cdr {
+            // CDR aligns each value to its own size, counted from behind the first four bytes.
             self.at = self.at.next_multiple_of(N);
         }
         let mut number = [0; N];
@@ -103,6 +104,7 @@ impl<'a> Fields<'a> {
 
     /// The header that messages of sensors begin with; its time.
     pub(super) fn header_us(&mut self) -> Result<i64, Reason> {
+        // Only headers of ROS 1 begin with a sequence number.
         if self.serialisation == Serialisation::Ros1 {
             self.u32()?;
         }

@@ -232,6 +232,7 @@ fn compressed(fields: &mut Fields<'_>) -> Result<Pixels, Reason> {
         }
         other => {
             let mut pixels = other.into_rgb8().into_raw();
+            // Frames have blue before red, as the encoding `bgr8` does.
             pixels.chunks_exact_mut(3).for_each(<[u8]>::reverse);
             (PixelFormat { depth: Depth::U8, channels: 3 }, size, pixels)
         }

@@ -100,6 +100,7 @@ impl Mcap {
         let foot = self.body.strip_suffix(MAGIC)?;
         let (FOOTER, body) = (*foot.first()?, foot.get(HEAD as usize..)?) else { return None };
         let start = u64_of(body);
+        // A start of 0 means that the recorder wrote no summary.
         let length = end.checked_sub(start).filter(|_| start > 0)?;
         self.bytes.read((start, start), length, &mut self.body).ok()?;
         let mut index = Index::default();
@@ -239,6 +240,7 @@ impl Index {
             Record::Channel { id, channel } => drop(self.channels.insert(id, channel)),
             Record::Message { channel, .. } => *self.counts.entry(channel).or_insert(0) += 1,
             Record::Statistics { messages, of_channels } => {
+                // Counts that do not add up to the total are not trusted.
                 let sum = of_channels.values().try_fold(0_u64, |sum, n| sum.checked_add(*n));
                 self.has_counts = sum == Some(messages);
                 self.counts = of_channels;

@@ -117,6 +117,7 @@ impl MessageDecoder {
                 list(&mut fields, columns)
             }
         };
+        // A message without events says nothing about the time of the first event.
         if columns.len() > before {
             self.header_us = self.header_us.or(Some(header_us));
         }
@@ -196,6 +197,7 @@ fn evt3(
     most: usize,
 ) -> Result<(), Reason> {
     let (before, mut took) = (columns.len(), 0);
+    // A packet of vectors is refused before its events fill the memory.
     for slice in bytes.chunks(SLICE) {
         took += decoder.decode(slice, false, columns).map_err(|fault| fault.reason)?;
         believed(columns.len() - before, most)?;

@@ -59,6 +59,7 @@ impl Place {
         let Some((_, file)) = self.files.get_mut(self.file) else { return Ok(true) };
         let (mut met, mut has_enough) = (0, false);
         let read = file.unit(self.at, &self.ids[self.file], &mut |message| {
+            // A unit cannot be left in the middle: messages behind the last are passed over.
             if has_enough {
                 return Ok(());
             }

@@ -68,6 +68,7 @@ impl Sqlite {
         let size = u16::from_be_bytes([self.buffer[16], self.buffer[17]]);
         self.page = if size == 1 { 1 << 16 } else { u64::from(size) };
         self.usable = (self.page as usize).saturating_sub(usize::from(self.buffer[20]));
+        // SQLite allows no page below 512 bytes, and none with fewer than 480 usable ones.
         if self.page < 512 || self.usable < 480 {
             return Err(Fault::damage(0, "no size of pages of SQLite"));
         }
@@ -272,6 +273,7 @@ fn varint(bytes: &mut &[u8]) -> Option<u64> {
     let mut value = 0;
     for k in 0..9 {
         let byte = *bytes.split_off_first()?;
+        // The ninth byte holds eight bits, the others seven.
         if k == 8 {
             return Some(value << 8 | u64::from(byte));
         }
@@ -304,6 +306,7 @@ fn values(row: &[u8], is_whole: bool) -> Option<Vec<Value<'_>>> {
         };
         values.push(match kind {
             0 | 7 => Value::Other,
+            // Of these types the type itself is the value, 0 or 1.
             8 | 9 => Value::Whole(kind as i64 - 8),
             1..=6 => {
                 let first = bytes[0].cast_signed();

@@ -151,6 +151,7 @@ impl<D: Decoder> EventSource for BlockSource<D> {
             }
             let decoded = self.now.decoder.decode(bytes, self.is_at_end, columns);
             let (latest, length) = (self.now.latest, bytes.len());
+            // Events are counted before a fault is returned, since they were appended before it.
             self.now.latest = columns.t[before..].iter().copied().fold(latest, Micros::max);
             self.now.events += (columns.len() - before) as u64;
             let took = decoded.map_err(|DecodeFault { at, reason }| self.damage(at, reason))?;

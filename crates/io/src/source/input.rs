@@ -31,6 +31,7 @@ impl Input {
         let open = || {
             let file = File::open(path)?;
             let metadata = file.metadata()?;
+            // A folder opens without a fault, too.
             if !metadata.is_file() {
                 return Err(io::Error::new(io::ErrorKind::InvalidInput, "not a regular file"));
             }

@@ -171,6 +171,7 @@ impl Order {
     /// Takes the next events of the file.
     pub(crate) fn push(&mut self, columns: &Columns) -> Result<(), ClockFault> {
         if let Some(mut head) = self.head.take() {
+            // So few events do not show which clock is that of the recording.
             if head.len() + columns.len() <= MANY {
                 head.append(columns);
                 self.head = Some(head);

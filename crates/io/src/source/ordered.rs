@@ -181,6 +181,7 @@ impl EventSource for OrderedSource {
             let checked = self.time_check.check_end(&columns.t[before..]);
             checked.map_err(|fault| self.refused(fault))?;
         }
+        // All times are checked once more below, in order, so that this check starts anew.
         self.time_check = TimeCheck::default();
         if !is_in_order(&columns.t) {
             let all = std::mem::take(columns);

@@ -28,6 +28,7 @@ impl TimeUnit {
             Self::Seconds => value.checked_mul(1_000_000),
             Self::Milliseconds => value.checked_mul(1_000),
             Self::Microseconds => Some(value),
+            // Times before zero are rounded down, too.
             Self::Nanoseconds => Some(value.div_euclid(1_000)),
         };
         us.map(Micros)

@@ -43,6 +43,7 @@ pub(super) fn read(bytes: &[u8], known: &Known, columns: &mut Columns) -> Progre
         (Some(USUAL), Some(TimeUnit::Microseconds)) => run(bytes, Shape::Microseconds, columns),
         (Some(USUAL), Some(TimeUnit::Seconds)) => run(bytes, Shape::Seconds, columns),
         (Some(TIME_LAST), Some(TimeUnit::Microseconds)) => run(bytes, Shape::TimeLast, columns),
+        // Other orders of columns are left to the slower parser.
         _ => Progress::default(),
     }
 }

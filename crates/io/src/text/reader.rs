@@ -165,6 +165,7 @@ fn may_be_names(line: &str) -> bool {
 
 /// The order of four columns without names, where only one fits the values of the first lines.
 fn order_by_values(head: &[u8]) -> Option<FieldOrder> {
+    // The head may end within a line, which then says nothing about columns.
     let text = str::from_utf8(&head[..head.iter().rposition(|&b| b == b'\n')?]).ok()?;
     let mut columns: [Vec<f64>; 4] = Default::default();
     for line in text.lines() {

@@ -43,6 +43,7 @@ fn begin(path: &Path, first: &str, separator: u8) -> Result<Box<dyn EventSink>, 
 impl EventSink for TextSink {
     fn write(&mut self, events: &EventStream) -> Result<(), IoError> {
         for event in events.iter() {
+            // A line is only begun where the longest one fits.
             if self.lines.len() - self.filled < LINE {
                 self.pass_on()?;
             }

@@ -57,6 +57,7 @@ impl Words {
             columns.t.push(t);
             columns.x.push((word >> 1 & 0x7ff) as u16);
             columns.y.push((word >> 12 & 0x3ff) as u16);
+            // In these words a set bit stands for a darker pixel.
             columns.polarity.push(Polarity::from_on(word & 1 == 0));
         }
     }

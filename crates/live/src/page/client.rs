@@ -77,7 +77,9 @@ pub(super) struct Client {
 
 impl Client {
     pub(super) fn start(stream: TcpStream, shared: Arc<Shared>) -> io::Result<Self> {
+        // On some systems an accepted socket inherits the listener's mode, which is not to block.
         stream.set_nonblocking(false)?;
+        // Nagle's algorithm would hold the tail of a frame until the client acknowledges the rest.
         stream.set_nodelay(true)?;
         stream.set_write_timeout(Some(WRITE_TIMEOUT))?;
         let mailbox = Arc::new(Mailbox::default());
@@ -122,6 +124,7 @@ fn serve(
         Ok(request) => request,
         Err(status) => return Ok(status.map_or(Ok(()), |status| answer(&mut stream, status))?),
     };
+    // The painter evicts clients that have not asked yet, and this one has.
     has_asked.store(true, Ordering::Relaxed);
     // Foreign pages are refused before anything else, whatever they ask for.
     let status = match (refusal(&request, shared), request.uri().path()) {
@@ -184,6 +187,7 @@ fn send_frames(stream: TcpStream, mailbox: &Mailbox, shared: &Shared) -> Result<
     let about = shared.about.with(&lock(&shared.history));
     socket.send(Message::text(about))?;
     while let Some(frame) = mailbox.fetch() {
+        // Only the second message flushes: both parts of a frame leave together.
         socket.write(Message::Binary(frame.event_image))?;
         socket.send(Message::Text(frame.text))?;
         // Browsers send pings and their wish to close: unread, they would fill the connection.
@@ -196,6 +200,7 @@ fn send_frames(stream: TcpStream, mailbox: &Mailbox, shared: &Shared) -> Result<
 fn read_incoming(socket: &mut WebSocket<TcpStream>) -> Result<(), Error> {
     socket.get_ref().set_nonblocking(true)?;
     let mut result = Ok(());
+    // A client that sends without end must not keep its own frames from being sent.
     for _ in 0..MAX_MESSAGES {
         match socket.read() {
             Ok(Message::Close(_)) => result = Err(Error::ConnectionClosed),

@@ -68,6 +68,7 @@ pub(super) struct EventCounts {
 impl EventCounts {
     pub(super) fn new(sensor: SensorSize) -> Self {
         let cells = Cells::for_sensor(sensor);
+        // Divisions are made once for each column and row, and not for each event.
         let cell = |px: u16| u32::from(px / cells.side_px);
         Self {
             sensor,

@@ -125,6 +125,7 @@ impl Page {
         let listener = TcpListener::bind(address).map_err(failed)?;
         // The painter asks for new clients between frames and must not wait for one.
         listener.set_nonblocking(true).map_err(failed)?;
+        // Port 0 has become a real one, which callers ask for.
         let address = listener.local_addr().map_err(failed)?;
         let shared = Arc::new(Shared {
             about: message::About::new(&info),

@@ -16,6 +16,7 @@ pub(super) fn name_of(host: &str) -> Option<String> {
     let (name, port) = match host.strip_prefix('[') {
         Some(rest) => {
             let (address, rest) = rest.split_once(']')?;
+            // Only an address may stand in brackets: a name in them would pass all other checks.
             address.parse::<Ipv6Addr>().ok()?;
             (address, if rest.is_empty() { None } else { Some(rest.strip_prefix(':')?) })
         }

@@ -116,6 +116,7 @@ impl Painter {
 
     fn paint(&mut self, figures: &Figures, now: Instant, passed: Duration) -> Frame {
         let t = lock(&self.shared.event_counts).swap(&mut self.counts);
+        // Poses are copied under the lock and serialised without it, since the sink waits for it.
         let (is_over, network, propagated) = {
             let newest = lock(&self.shared.newest);
             (

@@ -98,6 +98,7 @@ impl RateWindow {
         if report.events > self.reports.back().map_or(0, |last| last.events) {
             self.last_events = Some(now);
         }
+        // There is one report more than intervals: the first and the last are a second apart.
         if self.reports.len() > PER_SECOND {
             self.reports.pop_front();
         }

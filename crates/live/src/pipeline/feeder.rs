@@ -26,6 +26,7 @@ impl Feeder {
         let wake = source.waker();
         let thread = std::thread::spawn(move || {
             let fed = feed(source.as_mut(), &queue, &meter);
+            // The queue closes after a fault, too, so that its reader comes to an end.
             queue.close();
             fed
         });

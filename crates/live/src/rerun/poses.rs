@@ -107,6 +107,8 @@ impl PoseRecording {
         for (origin, status) in ORIGINS.iter().zip(&frame.poses) {
             let joint = |index: usize| status.joints_px.get(index).copied().flatten();
             let bones = self.bones.iter().filter_map(|&[a, b]| Some([joint(a)?, joint(b)?]));
+            // Bones are sent even if there are none, or the viewer would go on showing the last
+            // pose.
             stream.log(origin.bones, &LineStrips2D::update_fields().with_strips(bones))?;
             // Without a pose there is no latency, which is not one of zero.
             if let Some(p99_ms) = status.p99_ms {

@@ -39,6 +39,7 @@ impl RrdFile {
 
     /// Gives the file its final name. Later messages are dropped.
     pub(crate) fn commit(&self) -> Result<(), RerunError> {
+        // The state is replaced first, so that no later message reaches a file that is closed.
         let state = std::mem::replace(&mut *self.state(), State::Finished);
         let finished = match state {
             State::Open(mut encoder) => encoder.finish().and_then(|()| encoder.into_inner()),

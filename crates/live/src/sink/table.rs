@@ -43,6 +43,7 @@ impl Sink for PoseCsv {
 
     fn write(&mut self, pose: &LivePose) -> io::Result<()> {
         self.line.clear();
+        // The header follows from the first pose, since the kind of poses is not known before.
         let columns = match self.columns {
             Some(columns) => columns,
             None => {

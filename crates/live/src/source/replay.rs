@@ -139,6 +139,7 @@ impl Replay {
                 let reason = format!("an event at {t}: no recording lasts so long");
                 return Err(LiveError::Source { name: self.name.clone(), reason });
             }
+            // Repetitions hold the same events, so that those outside the sensor are counted once.
             if self.read_repetition == 0 {
                 self.outside.add(&self.buffer, 0, self.sensor);
                 let is_at_end = self.buffer.is_empty() && self.failure.is_none();

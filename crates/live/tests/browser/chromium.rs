@@ -123,6 +123,7 @@ impl Chromium {
             if answer["method"] == "Runtime.exceptionThrown" {
                 self.complaints.push(answer["params"].to_string());
             }
+            // Events of the page arrive in between: only our own answer ends the wait.
             if answer["id"] == self.asked {
                 return answer["result"].take();
             }

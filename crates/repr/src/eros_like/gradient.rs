@@ -202,6 +202,7 @@ fn split<const HALF: usize>(
     for x in 0..smooth.len() {
         let mut sum = taps.smooth[0] * around.behind[0][x];
         let mut difference = 0;
+        // Smoothing is symmetric and the derivative antisymmetric, so a pair shares one product.
         for k in 1..HALF {
             let (before, behind) = (around.before[k][x], around.behind[k][x]);
             sum += taps.smooth[k] * (before + behind);

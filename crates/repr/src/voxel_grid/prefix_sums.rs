@@ -70,6 +70,7 @@ impl PrefixSums {
         let Some((&(first, _), &(last, _))) = window.front().zip(window.back()) else { return };
         let is_empty = self.all.at <= self.first;
         if is_empty || last.0.saturating_sub(self.origin.0) > FURTHEST_US {
+            // Later times would spill into the bits of the counts, so that the sums start anew.
             self.restart(first);
         }
         let (end, apart) = (self.first + window.len(), (self.all.sums.len() / 4).max(1));
@@ -116,6 +117,7 @@ impl PrefixSums {
             return false;
         };
         let (segments, span_us) = ((bins - 1) as i64, (last.0 - first.0).max(1));
+        // Products, not quotients: rounding could put an event at a border on the wrong side.
         let begin = |k: i64| {
             let at = window.partition_point(|&(t, _)| (t.0 - first.0) * segments < k * span_us);
             self.first + at
@@ -125,6 +127,7 @@ impl PrefixSums {
         let most = ends.windows(2).map(|pair| pair[1] - pair[0]).max().unwrap_or(0);
         // Half of a segment is as far as an event is from its middle.
         let reach_us = span_us / (2 * segments) + 2;
+        // Summed times beyond a quarter of a weight would be taken for another count.
         if most > MAX_EVENTS || most as i64 > COUNT / 4 / reach_us {
             return false;
         }
@@ -138,6 +141,7 @@ impl PrefixSums {
         let per_us = segments as f64 / span_us as f64;
         let pairs = borders.iter().zip(borders.iter().skip(1).chain([&self.all]));
         let drawn = pairs.enumerate().map(|(k, (before, after))| {
+            // Times count from the middle of a segment, where their sums are smallest.
             let middle_us = span_us * (2 * k as i64 + 1) / (2 * segments);
             Segment {
                 before: &before.sums,

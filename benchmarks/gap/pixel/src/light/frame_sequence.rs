@@ -33,6 +33,7 @@ impl FrameSequence {
 
     /// Catmull and Rom's cubic through the four frames around `t_s`.
     pub(super) fn log_light(&self, x: usize, y: usize, t_s: f64) -> f64 {
+        // The cubic needs one frame before and two behind, so that frames begin one step early.
         let last = (self.frames.len() - 4) as f64;
         let place = (t_s * RATE_HZ).clamp(0.0, last);
         let k = place as usize;
@@ -48,6 +49,7 @@ impl FrameSequence {
 /// Half of the symmetric kernel, middle first, whose sum over both halves is 1.
 fn kernel(sigma_px: f64) -> Vec<f64> {
     let variance = sigma_px * sigma_px;
+    // Beyond 4.5 standard deviations lies less than 1e-5 of the weight.
     let reach = (4.5 * sigma_px).ceil() as i32 + 1;
     let half: Vec<f64> = (0..=reach).map(|n| (-variance).exp() * bessel_i(n, variance)).collect();
     let total = 2.0 * half.iter().sum::<f64>() - half[0];

@@ -109,6 +109,7 @@ impl Comparators {
         self.release_s = None;
         let mut thresholds = [self.base_on, self.base_off];
         if let Some(offsets) = self.dark_offsets {
+            // Offsets count fully in darkness and fade as light grows beyond a tenth of white.
             let darkness = (0.1 / (level.exp() + 0.1)).sqrt();
             thresholds[0] *= (offsets[0] * darkness).exp();
             thresholds[1] *= (offsets[1] * darkness).exp();
@@ -204,5 +205,6 @@ fn smooth_field(camera_seed: u64, length_px: f64, pixel: u32) -> f64 {
             ((kx * x + ky * y) / length_px + phase).cos()
         })
         .sum();
+    // A cosine of random phase has a variance of one half.
     sum * (2.0 / WAVES as f64).sqrt()
 }

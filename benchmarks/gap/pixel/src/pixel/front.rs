@@ -121,6 +121,7 @@ fn relax(start: f64, from: f64, to: f64, turns: f64) -> f64 {
         return start;
     }
     let left = (-turns).exp();
+    // The quotient of a short step would lose its digits, so that its series stands in.
     let gone = if turns < 1e-5 { 1.0 - 0.5 * turns } else { (1.0 - left) / turns };
     start * left + to - from * left - (to - from) * gone
 }

@@ -74,6 +74,7 @@ impl<F: Fn(f64) -> f64> Walker<F> {
             self.refine(before, after);
             before = after;
         }
+        // The last cell may reach beyond the end of the recording.
         self.spikes.retain(|spike| spike.t_s < duration_s);
         self.spikes
     }
@@ -195,6 +196,7 @@ impl<F: Fn(f64) -> f64> Walker<F> {
         let (mut low_s, mut low) = (start.0, distance(&self.state, start.0));
         let (mut high, mut high_distance) = (end, distance(&end.2, end.0));
         let mut bisect = false;
+        // Closer to the threshold than 1e-12, further steps would follow rounding errors.
         while high.0 - low_s > INSTANT_S && high_distance < -1e-12 {
             let width_s = high.0 - low_s;
             // Not at the very ends, where false position would stand still.

@@ -22,6 +22,7 @@ impl CircuitChange {
 }
 
 pub(super) fn install(effect: Effect, strength: usize, draws: &mut Sequence) -> CircuitChange {
+    // An effect has a stream of its own: how much it draws moves nothing behind it.
     let key = draws.bits();
     CircuitChange::new(&[effect.slot()], move |circuit| {
         effect.install(strength, circuit, &mut Sequence::new(key, Purpose::Plan, 1));

@@ -26,6 +26,7 @@ impl Plan {
             Tier::Home => home::cases(seed),
             Tier::Plain => plain::cases(seed),
         };
+        // In the order of anonymous names kinds are mixed: a place says nothing about a case.
         cases.sort_by(|a, b| a.id.cmp(&b.id));
         cases
     }

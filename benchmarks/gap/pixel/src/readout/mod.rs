@@ -11,6 +11,7 @@ use crate::pixel::Seeds;
 /// Sends time-ordered `spikes` through the readout; the result carries the times of reading and is
 /// no longer ordered.
 pub fn read_out(readout: &Readout, seeds: Seeds, spikes: Vec<Spike>) -> Vec<Spike> {
+    // Copies come before the bus, where they wait for their turn like every event.
     let spikes = match readout.oddity {
         Some(oddity) => oddity::disturb(oddity, seeds.run, spikes),
         None => spikes,

@@ -23,6 +23,7 @@ pub(super) struct Bars {
 
 impl Bars {
     pub(super) fn new(draws: &mut Sequence) -> Self {
+        // Each grating has a range of speeds of its own: every scene has slow and fast edges.
         let mut speeds = [draws.log_between(10.0, 25.0), draws.log_between(30.0, 80.0), 0.0, 0.0];
         speeds[2] = draws.log_between(100.0, 220.0);
         speeds[3] = draws.log_between(300.0, 500.0);
@@ -64,6 +65,7 @@ impl Bars {
 fn grating(draws: &mut Sequence, speed_px_s: f64) -> Band {
     let period_px = draws.log_between(9.0, 26.0).max(speed_px_s / 10.0);
     let half_range_ln = draws.between(0.3, 0.65);
+    // The whole wave stays within the range of light that a scene may have.
     let mean_ln = draws.between(DARKEST_LN + half_range_ln, -half_range_ln);
     let slant = draws.between(-0.5, 0.5);
     let direction = draws.sign();

@@ -22,6 +22,7 @@ impl Disc {
     pub(super) fn new(draws: &mut Sequence, speed_px_s: f64) -> Self {
         let angle = draws.between(0.0, std::f64::consts::TAU);
         let width_px = edge_width_px(speed_px_s);
+        // A disc smaller than its soft edge would never reach its own level.
         let radius_px = draws.between(5.0, 13.0).max(1.2 * width_px);
         // At most 15 periods a second pass a pixel.
         let period_px = draws.between(8.0, 16.0).max(speed_px_s / 15.0);

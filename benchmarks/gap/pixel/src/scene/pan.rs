@@ -91,6 +91,7 @@ impl Pan {
         let y = y_px - 0.5 * HEIGHT as f64 + shift(&self.sways[1]);
         self.lines.iter().fold(self.middle_ln, |sum, line| {
             let side = line.normal[0] * x + line.normal[1] * y - line.distance_px;
+            // A line brightens one side as much as it darkens the other, so that the middle stays.
             sum + line.half_contrast_ln * (2.0 * edge(side, self.width_px) - 1.0)
         })
     }

@@ -43,6 +43,7 @@ pub(super) fn open(path: &Path) -> Result<OpenedVideo, FrameFault> {
 /// Size, and times of all frames in seconds since the first.
 fn look_through(path: &Path) -> Result<(SensorSize, Vec<f64>), FrameFault> {
     let mut program = ffmpeg(path)
+        // The filter writes a line for each frame to standard error, and frames go nowhere.
         .args(["-vf", "showinfo", "-f", "null", "-"])
         .stdout(Stdio::null())
         .stderr(Stdio::piped())
@@ -52,6 +53,7 @@ fn look_through(path: &Path) -> Result<(SensorSize, Vec<f64>), FrameFault> {
             _ => undecodable(e),
         })?;
     let (mut size, mut times, mut last) = (None, Vec::new(), String::new());
+    // The output is read to its end before the wait: a full pipe would hold ffmpeg up forever.
     if let Some(said) = program.stderr.take() {
         for line in BufReader::new(said).lines() {
             let line = line.map_err(undecodable)?;
@@ -92,6 +94,7 @@ impl Drop for Ffmpeg {
 
 /// The program with its input: the first video stream of a file, and no other address.
 fn ffmpeg(path: &Path) -> Command {
+    // The prefix keeps any name of a file from being taken for an address or an option.
     let mut address = std::ffi::OsString::from("file:");
     address.push(path);
     let mut command = Command::new(PROGRAM);

@@ -33,6 +33,7 @@ pub(super) fn open(path: &Path) -> Result<OpenedVideo, FrameFault> {
         times_s.push(time_s);
         time_s += delay_s(&frame);
     }
+    // The file is decoded twice, since all times are known before the first frame is used.
     let (_, frames) = begin(path)?;
     Ok((Box::new(Gif(frames)), size, times_s))
 }

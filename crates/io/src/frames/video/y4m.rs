@@ -77,6 +77,7 @@ pub(super) fn open(mut file: BufReader<File>) -> Result<Option<OpenedVideo>, Fra
         if length.saturating_sub(at) < frame as u64 {
             return Err(undecodable(format!("cut at byte {length}, in frame {frames}")));
         }
+        // A relative seek keeps what is buffered, which a seek from the start would read again.
         file.seek_relative(frame as i64).map_err(undecodable)?;
         frames += 1;
     }
@@ -114,6 +115,7 @@ impl Y4m {
             let (cb, cr) = match self.chroma {
                 Chroma::None => (0.0, 0.0),
                 Chroma::Shared(across, down) => {
+                    // Where the width is odd, the last column has chroma of its own.
                     let place =
                         pixel / width / down * width.div_ceil(across) + pixel % width / across;
                     let sample = |plane: &[u8]| of_chroma * (f32::from(plane[place]) - 128.0);

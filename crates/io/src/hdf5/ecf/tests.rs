@@ -30,6 +30,7 @@ fn encode(events: &Columns, coding: Coding) -> Vec<u8> {
     for (t, count) in runs(&events.t) {
         let mut step = t.0.wrapping_sub(last) as u64;
         last = t.0;
+        // A long step has bytes of its own, and the byte of the count has a step of zero then.
         if step >= 15 {
             while step > 0 {
                 out.push(0xf0 | (step & 15) as u8);

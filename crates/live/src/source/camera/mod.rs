@@ -111,6 +111,7 @@ impl Source for CameraSource {
                 name: self.name.clone(),
                 reason: error.to_string(),
             })?;
+            // The wait is short, so that a stop is noticed while the camera sends nothing.
             let Some(buffer) = self.device.next_with_timeout(&POLL_INTERVAL) else { continue };
             bytes::decode(&mut self.adapter, buffer.slice, columns);
             // Buffers without events, of motion sensors for example, are no packets.
