@@ -102,6 +102,8 @@ impl LastTimes {
 }
 
 impl PixelState for LastTimes {
+    // Inlined, so that the loop is one with that of the representation.
+    #[inline]
     fn push(&mut self, events: &EventStream) {
         self.window.check(events);
         let (Some(&first), Some(&last)) = (events.t().first(), events.t().last()) else { return };
