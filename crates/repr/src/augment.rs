@@ -89,8 +89,6 @@ impl WindowDraw {
             let bytes = swapped.to_le_bytes();
             let (first, first_rest) = first.as_chunks_mut::<8>();
             let (second, second_rest) = second.as_chunks_mut::<8>();
-            // The last chunk may be shorter than 64 pixels: its rest takes the byte behind the
-            // whole ones.
             let rest_byte = bytes.get(first.len()).copied().unwrap_or(0);
             for (byte, (first, second)) in bytes.into_iter().zip(first.iter_mut().zip(second)) {
                 swap_where(byte, first, second);

@@ -15,6 +15,7 @@ impl StreamClock {
         self.last_event.is_some_and(|last| first < last)
     }
 
+    /// Advances to the time stamp of an event.
     pub(crate) fn observe(&mut self, event: Micros) {
         self.last_event = Some(event);
         self.advance(event);

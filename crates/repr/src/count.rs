@@ -7,10 +7,11 @@
 //! # Source
 //! Rudnev et al., *EventHands*, ICCV 2021, supplement, Eq. 2 and 3.
 
-use crate::counts::{Counting, Counts};
-use crate::drawn::Drawn;
+use evpose_core::{EventStream, Micros};
+
+use crate::counts::Counts;
 use crate::spec::{Memory, PolarityUse, RepresentationSpec};
-use crate::{FrameEvent, FrameWindow, Grey};
+use crate::{FrameEvent, FrameWindow, Grey, Representation, StreamWindow};
 
 pub(crate) static ECI: RepresentationSpec =
     spec::<false, false>("eci", "how often a pixel fired, per polarity");
@@ -37,47 +38,131 @@ const fn spec<const IS_S: bool, const IS_PARITY: bool>(
         memory: Memory::Window,
         polarity: if IS_S { PolarityUse::Ignored } else { PolarityUse::Channels },
         any_order_at_once: true,
-        channels: |_| channels(IS_S, IS_PARITY),
-        start: |window, _| {
-            Box::new(Drawn {
-                state: Counts::new(window, counting(IS_PARITY)),
-                channels: channels(IS_S, IS_PARITY),
-                grey: Grey::Largest,
-                draw: if IS_S { draw_per_pixel } else { draw_per_polarity },
-            })
+        channels: |_| if IS_S && !IS_PARITY { 1 } else { 2 },
+        start: |window, _| match IS_S {
+            true => Box::new(EciS::new(window, counting(IS_PARITY))),
+            false => Box::new(Eci::new(window, counting(IS_PARITY))),
         },
         fill: Some(|window, events, out| match IS_S {
-            true => fill_eci_s(window, counting(IS_PARITY), events, out),
-            false => fill_eci(window, counting(IS_PARITY), events, out),
+            true => fill_eci_s(window, counting(IS_PARITY), events.iter().copied(), out),
+            false => fill_eci(window, counting(IS_PARITY), events.iter().copied(), out),
         }),
     }
-}
-
-fn channels(is_s: bool, is_parity: bool) -> usize {
-    if is_s && !is_parity { 1 } else { 2 }
 }
 
 fn counting(is_parity: bool) -> Counting {
     if is_parity { Counting::OncePerFrame } else { Counting::EveryEvent }
 }
 
-fn draw_per_polarity(counts: &Counts, out: &mut [f32]) {
-    assert_eq!(out.len(), counts.per_polarity().len(), "planes of another size");
-    let weight = counts.counting().weight();
-    for (out, &count) in out.iter_mut().zip(counts.per_polarity()) {
-        *out = count as f32 * weight;
+/// Contribution of an event to a count.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Counting {
+    /// Every event counts 1: the definition.
+    #[default]
+    EveryEvent,
+    /// As the published program: a pixel and polarity counts at most once per frame of 1 ms, and
+    /// counts 0.01 whatever the length of the window; ECI-S comes as two equal channels.
+    OncePerFrame,
+}
+
+impl Counting {
+    fn weight(self) -> f32 {
+        match self {
+            Self::EveryEvent => 1.0,
+            Self::OncePerFrame => 0.01,
+        }
     }
 }
 
-fn draw_per_pixel(counts: &Counts, out: &mut [f32]) {
-    let pixels = counts.per_polarity().len() / 2;
-    let planes = channels(true, counts.counting() == Counting::OncePerFrame);
-    assert_eq!(out.len(), planes * pixels, "planes of another size");
-    let weight = counts.counting().weight();
-    for plane in out.chunks_exact_mut(pixels.max(1)) {
-        for (out, count) in plane.iter_mut().zip(counts.per_pixel()) {
+/// The ECI of a stream.
+#[derive(Debug, Clone)]
+pub struct Eci {
+    counts: Counts,
+}
+
+impl Eci {
+    /// An image without events.
+    pub fn new(window: StreamWindow, counting: Counting) -> Self {
+        Self { counts: Counts::new(window, counting) }
+    }
+}
+
+impl Representation for Eci {
+    fn channels(&self) -> usize {
+        2
+    }
+
+    fn push(&mut self, events: &EventStream) {
+        self.counts.push(events);
+    }
+
+    fn advance(&mut self, t: Micros) {
+        self.counts.advance(t);
+    }
+
+    fn render(&self, out: &mut [f32]) {
+        assert_eq!(out.len(), self.counts.per_polarity().len(), "planes of another size");
+        let weight = self.counts.counting().weight();
+        for (out, &count) in out.iter_mut().zip(self.counts.per_polarity()) {
             *out = count as f32 * weight;
         }
+    }
+
+    fn grey(&self) -> Grey {
+        Grey::Largest
+    }
+
+    fn reset(&mut self) {
+        self.counts.reset();
+    }
+}
+
+/// The ECI-S of a stream.
+#[derive(Debug, Clone)]
+pub struct EciS {
+    counts: Counts,
+}
+
+impl EciS {
+    /// An image without events.
+    pub fn new(window: StreamWindow, counting: Counting) -> Self {
+        Self { counts: Counts::new(window, counting) }
+    }
+}
+
+impl Representation for EciS {
+    fn channels(&self) -> usize {
+        match self.counts.counting() {
+            Counting::EveryEvent => 1,
+            Counting::OncePerFrame => 2,
+        }
+    }
+
+    fn push(&mut self, events: &EventStream) {
+        self.counts.push(events);
+    }
+
+    fn advance(&mut self, t: Micros) {
+        self.counts.advance(t);
+    }
+
+    fn render(&self, out: &mut [f32]) {
+        let pixels = self.counts.per_polarity().len() / 2;
+        assert_eq!(out.len(), self.channels() * pixels, "planes of another size");
+        let weight = self.counts.counting().weight();
+        for plane in out.chunks_exact_mut(pixels.max(1)) {
+            for (out, count) in plane.iter_mut().zip(self.counts.per_pixel()) {
+                *out = count as f32 * weight;
+            }
+        }
+    }
+
+    fn grey(&self) -> Grey {
+        Grey::Largest
+    }
+
+    fn reset(&mut self) {
+        self.counts.reset();
     }
 }
 
@@ -87,7 +172,12 @@ fn draw_per_pixel(counts: &Counts, out: &mut [f32]) {
 ///
 /// # Panics
 /// If `out` has another length or an event lies outside the sensor.
-fn fill_eci(window: &FrameWindow, counting: Counting, events: &[FrameEvent], out: &mut [f32]) {
+pub fn fill_eci(
+    window: &FrameWindow,
+    counting: Counting,
+    events: impl IntoIterator<Item = FrameEvent>,
+    out: &mut [f32],
+) {
     count::<2>(window, counting, events, out);
     weigh(counting, out);
 }
@@ -99,7 +189,12 @@ fn fill_eci(window: &FrameWindow, counting: Counting, events: &[FrameEvent], out
 ///
 /// # Panics
 /// If `out` has another length or an event lies outside the sensor.
-fn fill_eci_s(window: &FrameWindow, counting: Counting, events: &[FrameEvent], out: &mut [f32]) {
+pub fn fill_eci_s(
+    window: &FrameWindow,
+    counting: Counting,
+    events: impl IntoIterator<Item = FrameEvent>,
+    out: &mut [f32],
+) {
     match counting {
         Counting::EveryEvent => count::<1>(window, counting, events, out),
         Counting::OncePerFrame => {
@@ -118,7 +213,7 @@ fn fill_eci_s(window: &FrameWindow, counting: Counting, events: &[FrameEvent], o
 fn count<const CHANNELS: usize>(
     window: &FrameWindow,
     counting: Counting,
-    events: &[FrameEvent],
+    events: impl IntoIterator<Item = FrameEvent>,
     out: &mut [f32],
 ) {
     let planes = window.planes::<CHANNELS>(out);
@@ -127,7 +222,7 @@ fn count<const CHANNELS: usize>(
         Counting::EveryEvent => Vec::new(),
         Counting::OncePerFrame => vec![0; planes.values.len()],
     };
-    for &event in events {
+    for event in events {
         if !window.shows(event.frame) {
             continue;
         }

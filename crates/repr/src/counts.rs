@@ -1,41 +1,20 @@
 //! How often each pixel fired within a window that slides.
 
-use std::collections::VecDeque;
-
 use evpose_core::{EventStream, Micros};
 
-use crate::StreamWindow;
 use crate::clock::StreamClock;
-use crate::drawn::PixelState;
-use crate::sliding::{Placed, expire, first_shown};
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Counting {
-    /// Every event counts 1: the definition.
-    EveryEvent,
-    /// As the published program: a pixel and polarity counts at most once per frame of 1 ms, and
-    /// counts 0.01 whatever the length of the window; ECI-S comes as two equal channels.
-    OncePerFrame,
-}
-
-impl Counting {
-    pub(crate) fn weight(self) -> f32 {
-        match self {
-            Self::EveryEvent => 1.0,
-            Self::OncePerFrame => 0.01,
-        }
-    }
-}
+use crate::sliding::{Sliding, first_shown};
+use crate::{Counting, StreamWindow};
 
 /// Events of a sliding window, counted per pixel and polarity.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct Counts {
     window: StreamWindow,
     counting: Counting,
     /// `[2][height][width]`.
     counts: Vec<u32>,
     /// The counted events, and where they count.
-    counted: VecDeque<Placed>,
+    counted: Sliding,
     /// Frame in which each pixel and polarity was last counted; empty where every event counts.
     last_frame: Vec<i64>,
     clock: StreamClock,
@@ -50,34 +29,11 @@ impl Counts {
             Counting::EveryEvent => Vec::new(),
             Counting::OncePerFrame => vec![NO_FRAME; values],
         };
-        let (counts, counted) = (vec![0; values], VecDeque::new());
+        let (counts, counted) = (vec![0; values], Sliding::default());
         Self { window, counting, counts, counted, last_frame, clock: StreamClock::default() }
     }
 
-    fn expire(&mut self) {
-        let Some(now) = self.clock.now else { return };
-        let counts = &mut self.counts;
-        expire(&mut self.counted, &self.window, now, |index| counts[index as usize] -= 1);
-    }
-
-    pub(crate) fn counting(&self) -> Counting {
-        self.counting
-    }
-
-    /// `[2][height][width]`.
-    pub(crate) fn per_polarity(&self) -> &[u32] {
-        &self.counts
-    }
-
-    /// Of both polarities, `[height][width]`.
-    pub(crate) fn per_pixel(&self) -> impl Iterator<Item = u32> + '_ {
-        let (first, second) = self.counts.split_at(self.counts.len() / 2);
-        first.iter().zip(second).map(|(a, b)| a + b)
-    }
-}
-
-impl PixelState for Counts {
-    fn push(&mut self, events: &EventStream) {
+    pub(crate) fn push(&mut self, events: &EventStream) {
         self.window.check(events);
         let (Some(&first), Some(&last)) = (events.t().first(), events.t().last()) else { return };
         if self.clock.jumps_back(first) {
@@ -106,16 +62,36 @@ impl PixelState for Counts {
             }
         }
         self.clock.observe(last);
-        // Events expire once per push, since nobody can see the planes in the middle of one.
         self.expire();
     }
 
-    fn advance(&mut self, t: Micros) {
+    pub(crate) fn advance(&mut self, t: Micros) {
         self.clock.advance(t);
         self.expire();
     }
 
-    fn reset(&mut self) {
+    fn expire(&mut self) {
+        let Some(now) = self.clock.now else { return };
+        let counts = &mut self.counts;
+        self.counted.expire(&self.window, now, |index| counts[index as usize] -= 1);
+    }
+
+    pub(crate) fn counting(&self) -> Counting {
+        self.counting
+    }
+
+    /// `[2][height][width]`.
+    pub(crate) fn per_polarity(&self) -> &[u32] {
+        &self.counts
+    }
+
+    /// Of both polarities, `[height][width]`.
+    pub(crate) fn per_pixel(&self) -> impl Iterator<Item = u32> + '_ {
+        let (first, second) = self.counts.split_at(self.counts.len() / 2);
+        first.iter().zip(second).map(|(a, b)| a + b)
+    }
+
+    pub(crate) fn reset(&mut self) {
         self.counts.fill(0);
         self.counted.clear();
         self.last_frame.fill(NO_FRAME);

@@ -27,7 +27,7 @@
 
 use evpose_core::{EventStream, Micros, NumberKind, NumberSpec, Parameter, SensorSize, Settings};
 
-use crate::neighbourhood::{Neighbourhood, kernel_parameter};
+use crate::neighbourhood::{MAX_KERNEL, Neighbourhood, kernel_parameter};
 use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::{Grey, Representation};
 
@@ -96,10 +96,13 @@ impl ErosConfig {
     pub const ONLINE: Self = Self { kernel_px: 7, decay: 0.3 };
     /// The published data sets, made in Python.
     pub const DATA_SETS: Self = Self { kernel_px: 8, decay: 0.3 };
+    /// The largest kernel.
+    pub const MAX_KERNEL_PX: u32 = MAX_KERNEL;
+}
 
-    /// Factor on a value after one event nearby.
-    fn base(&self) -> f64 {
-        self.decay.powf(1.0 / f64::from(self.kernel_px))
+impl Default for ErosConfig {
+    fn default() -> Self {
+        Self::ONLINE
     }
 }
 
@@ -123,7 +126,8 @@ impl Eros {
     /// An EROS by its definition.
     ///
     /// # Panics
-    /// If the kernel is even or above 31, or the decay not within 0 to 1.
+    /// If the kernel is even or above [`ErosConfig::MAX_KERNEL_PX`], or the decay not within 0
+    /// to 1.
     pub fn new(sensor: SensorSize, config: ErosConfig) -> Self {
         assert!(config.kernel_px % 2 == 1, "an even kernel is not centred");
         let ErosConfig { kernel_px, decay } = config;
@@ -136,7 +140,8 @@ impl Eros {
     /// An EROS as the published Python computes it.
     ///
     /// # Panics
-    /// If the kernel is odd or above 31, or the decay not within 0 to 1.
+    /// If the kernel is odd or above [`ErosConfig::MAX_KERNEL_PX`], or the decay not within 0 to
+    /// 1.
     pub fn python(sensor: SensorSize, config: ErosConfig) -> Self {
         assert!(config.kernel_px.is_multiple_of(2), "the published program makes kernels even");
         let base = config.base();
@@ -146,7 +151,8 @@ impl Eros {
     /// An EROS as the published C++ computes it.
     ///
     /// # Panics
-    /// If the kernel is even or above 31, or the decay not within 0 to 1.
+    /// If the kernel is even or above [`ErosConfig::MAX_KERNEL_PX`], or the decay not within 0
+    /// to 1.
     pub fn hpe_core(sensor: SensorSize, config: ErosConfig) -> Self {
         assert!(config.kernel_px % 2 == 1, "the published program makes kernels odd");
         let base = config.base();
@@ -197,6 +203,13 @@ impl Eros {
         for (out, &n) in out_rest.iter_mut().zip(since_rest) {
             *out = values[usize::from(n.min(last))];
         }
+    }
+}
+
+impl ErosConfig {
+    /// Factor on a value after one event nearby.
+    fn base(&self) -> f64 {
+        self.decay.powf(1.0 / f64::from(self.kernel_px))
     }
 }
 

@@ -53,7 +53,6 @@ impl Fade {
         for coefficient in COEFFICIENTS.iter().rev().skip(1) {
             value = value * rest + coefficient;
         }
-        // The low bits of the sum are the integer itself: shifted, they add to the exponent.
         let exponent = (rounded.to_bits() as u32) << EXPONENT;
         f32::from_bits(value.to_bits().wrapping_add(exponent)) * is_left
     }

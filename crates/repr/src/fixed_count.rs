@@ -32,7 +32,7 @@ pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
         doc: "how many events an image shows",
         kind: NumberKind::Whole,
         range: (1.0, 1e9),
-        default: Some(7_500.0),
+        default: Some(FixedCountConfig::PUBLISHED.events as f64),
         ..NumberSpec::LINEAR
     })],
     memory: Memory::Count,
@@ -40,13 +40,34 @@ pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
     // Which of them are the latest.
     any_order_at_once: false,
     channels: |_| 1,
-    start: |window, values| Box::new(FixedCount::new(window.sensor, values.whole("n"))),
+    start: |window, values| {
+        let config = FixedCountConfig { events: values.whole("n") };
+        Box::new(FixedCount::new(window.sensor, config))
+    },
     fill: None,
 };
 
+/// Events of a fixed-count image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FixedCountConfig {
+    /// Number of events.
+    pub events: u32,
+}
+
+impl FixedCountConfig {
+    /// The published data sets.
+    pub const PUBLISHED: Self = Self { events: 7_500 };
+}
+
+impl Default for FixedCountConfig {
+    fn default() -> Self {
+        Self::PUBLISHED
+    }
+}
+
 /// The fixed-count image of a stream: of its latest events. It has no window.
-#[derive(Debug)]
-struct FixedCount {
+#[derive(Debug, Clone)]
+pub struct FixedCount {
     sensor: SensorSize,
     max_events: usize,
     counts: Vec<u32>,
@@ -56,8 +77,9 @@ struct FixedCount {
 }
 
 impl FixedCount {
-    fn new(sensor: SensorSize, max_events: u32) -> Self {
-        let (max_events, counts) = (max_events as usize, vec![0; sensor.pixels()]);
+    /// An image without events.
+    pub fn new(sensor: SensorSize, config: FixedCountConfig) -> Self {
+        let (max_events, counts) = (config.events as usize, vec![0; sensor.pixels()]);
         Self { sensor, max_events, counts, last: VecDeque::new(), clock: StreamClock::default() }
     }
 }
@@ -119,7 +141,8 @@ mod tests {
     #[test]
     fn only_the_latest_events_count() {
         let sensor = SensorSize { width: 3, height: 1 };
-        let mut image = FixedCount::new(sensor, 3);
+        let config = FixedCountConfig { events: 3 };
+        let mut image = FixedCount::new(sensor, config);
         for (t, x) in [0, 0, 0, 0, 1, 2, 1].into_iter().enumerate() {
             let event = Event { t: Micros(t as i64), x, y: 0, polarity: Polarity::Off };
             image.push(&EventStream::from_events(sensor, [event]).unwrap());

@@ -36,6 +36,7 @@ impl FrameWindow {
         Self { sensor, frames, visible_from: 0, order }
     }
 
+    /// Whether the events of a frame are drawn.
     pub(crate) fn shows(&self, frame: u32) -> bool {
         // One comparison: frames before the first visible one wrap to large numbers.
         frame.wrapping_sub(self.visible_from) < self.frames.saturating_sub(self.visible_from)
@@ -57,6 +58,7 @@ impl FrameWindow {
     }
 }
 
+/// Planes that are being drawn into.
 pub(crate) struct Planes<'a, const CHANNELS: usize> {
     pub(crate) values: &'a mut [f32],
     width: u16,

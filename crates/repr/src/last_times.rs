@@ -5,7 +5,6 @@ use evpose_cpu::vectorize;
 
 use crate::StreamWindow;
 use crate::clock::StreamClock;
-use crate::drawn::PixelState;
 
 /// The state of every representation that depends on the latest event of a pixel only.
 ///
@@ -32,6 +31,43 @@ impl LastTimes {
         Self { window, last_us, origin: None, clock: StreamClock::default() }
     }
 
+    pub(crate) fn push(&mut self, events: &EventStream) {
+        self.window.check(events);
+        let (Some(&first), Some(&last)) = (events.t().first(), events.t().last()) else { return };
+        if self.clock.jumps_back(first) {
+            self.reset();
+        }
+        let start = *self.origin.get_or_insert(first);
+        let is_near = first.0 >= start.0 && last.0.saturating_sub(start.0) <= FURTHEST_US;
+        let indices = self.window.indices(events, 0);
+        // Near the origin 32 bits hold all differences, so that none is checked.
+        if is_near {
+            // In order, so that all others are as near.
+            let last_us = self.last_us.as_mut_slice();
+            for (t, index) in indices {
+                last_us[index as usize] = (t.0 - start.0) as i32;
+            }
+        } else {
+            for (t, index) in indices {
+                let t_us = self.since_origin(t);
+                self.last_us[index as usize] = t_us;
+            }
+        }
+        self.clock.observe(last);
+    }
+
+    pub(crate) fn advance(&mut self, t: Micros) {
+        self.since_origin(t);
+        self.clock.advance(t);
+    }
+
+    pub(crate) fn reset(&mut self) {
+        self.last_us.fill(NEVER);
+        self.origin = None;
+        self.clock = StreamClock::default();
+    }
+
+    /// The length of the window, in microseconds.
     pub(crate) fn length_us(&self) -> i32 {
         self.window.length_us
     }
@@ -98,46 +134,5 @@ impl LastTimes {
             *last_us = i64::from(*last_us).saturating_sub(by_us).max(NEVER.into()) as i32;
         }
         self.origin = Some(to);
-    }
-}
-
-impl PixelState for LastTimes {
-    // Inlined, so that the loop is one with that of the representation.
-    #[inline]
-    fn push(&mut self, events: &EventStream) {
-        self.window.check(events);
-        let (Some(&first), Some(&last)) = (events.t().first(), events.t().last()) else { return };
-        if self.clock.jumps_back(first) {
-            self.reset();
-        }
-        // Times since the first event fit 32 bits, of which a vector holds twice as many as of 64.
-        let start = *self.origin.get_or_insert(first);
-        let is_near = first.0 >= start.0 && last.0.saturating_sub(start.0) <= FURTHEST_US;
-        let indices = self.window.indices(events, 0);
-        // Near the origin 32 bits hold all differences, so that none is checked.
-        if is_near {
-            // In order, so that all others are as near.
-            let last_us = self.last_us.as_mut_slice();
-            for (t, index) in indices {
-                last_us[index as usize] = (t.0 - start.0) as i32;
-            }
-        } else {
-            for (t, index) in indices {
-                let t_us = self.since_origin(t);
-                self.last_us[index as usize] = t_us;
-            }
-        }
-        self.clock.observe(last);
-    }
-
-    fn advance(&mut self, t: Micros) {
-        self.since_origin(t);
-        self.clock.advance(t);
-    }
-
-    fn reset(&mut self) {
-        self.last_us.fill(NEVER);
-        self.origin = None;
-        self.clock = StreamClock::default();
     }
 }

@@ -16,7 +16,6 @@
 
 use evpose_core::{EventStream, Micros};
 
-use crate::drawn::PixelState;
 use crate::last_times::LastTimes;
 use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::{FrameEvent, FrameWindow, Grey, Representation, StreamWindow};
@@ -30,7 +29,7 @@ pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
     any_order_at_once: true,
     channels: |_| 2,
     start: |window, _| Box::new(Lnes::new(window)),
-    fill: Some(fill_lnes),
+    fill: Some(|window, events, out| fill_lnes(window, events.iter().copied(), out)),
 };
 
 /// The LNES of a stream, in continuous time.
@@ -62,7 +61,6 @@ impl Representation for Lnes {
     fn render(&self, out: &mut [f32]) {
         let length = self.last_times.length_us() as f32;
         let inverse = 1.0 / length;
-        // Without fused multiply-add the remainder below would be rounded, and the result wrong.
         if !fuses() {
             return self.last_times.render(out, move |left_us| left_us as f32 / length);
         }
@@ -103,10 +101,14 @@ fn fuses() -> bool {
 ///
 /// # Panics
 /// If `out` has another length or an event lies outside the sensor.
-fn fill_lnes(window: &FrameWindow, events: &[FrameEvent], out: &mut [f32]) {
+pub fn fill_lnes(
+    window: &FrameWindow,
+    events: impl IntoIterator<Item = FrameEvent>,
+    out: &mut [f32],
+) {
     let planes = window.planes::<2>(out);
     let frames = window.frames as f32;
-    for &event in events {
+    for event in events {
         if window.shows(event.frame) {
             // Later frames overwrite earlier ones: the last event wins.
             planes.values[planes.index(event)] = event.frame as f32 / frames;

@@ -15,6 +15,7 @@ use evpose_cpu::vectorize;
 
 use crate::clock::StreamClock;
 
+/// The largest square.
 pub(crate) const MAX_KERNEL: u32 = 31;
 
 /// The parameter `kernel` of a representation.
@@ -43,6 +44,7 @@ pub(crate) struct Neighbourhood {
 
 #[derive(Debug, Clone, Copy)]
 struct Square {
+    /// Its width and height.
     kernel: usize,
     /// From a row of cells to the next.
     stride: usize,
@@ -197,6 +199,7 @@ impl Square {
     }
 }
 
+/// All bits or none.
 fn mask(is_set: bool) -> u16 {
     if is_set { u16::MAX } else { 0 }
 }

@@ -27,7 +27,7 @@ pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
         unit: "1/s",
         doc: "how fast values fade",
         range: (0.0, 1e6),
-        default: Some(1.0),
+        default: Some(PimConfig::PUBLISHED.rate_hz),
         ..NumberSpec::LINEAR
     })],
     memory: Memory::Own,
@@ -35,15 +35,35 @@ pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
     // Sums are rounded.
     any_order_at_once: false,
     channels: |_| 1,
-    start: |window, values| Box::new(Pim::new(window.sensor, values.number("rate"))),
+    start: |window, values| {
+        Box::new(Pim::new(window.sensor, PimConfig { rate_hz: values.number("rate") }))
+    },
     fill: None,
 };
 
+/// How a PIM fades.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PimConfig {
+    /// Fading, in 1/s.
+    pub rate_hz: f64,
+}
+
+impl PimConfig {
+    /// The published class.
+    pub const PUBLISHED: Self = Self { rate_hz: 1.0 };
+}
+
+impl Default for PimConfig {
+    fn default() -> Self {
+        Self::PUBLISHED
+    }
+}
+
 /// The PIM of a stream. It has a memory of its own and no window.
-#[derive(Debug)]
-struct Pim {
+#[derive(Debug, Clone)]
+pub struct Pim {
     sensor: SensorSize,
-    rate_hz: f64,
+    config: PimConfig,
     /// Sums of weights of events, ON less OFF.
     sums: Vec<f64>,
     /// When an event weighs 1.
@@ -56,18 +76,19 @@ struct Pim {
 const HEAVIEST: f64 = 300.0;
 
 impl Pim {
-    fn new(sensor: SensorSize, rate_hz: f64) -> Self {
+    /// An image without events.
+    pub fn new(sensor: SensorSize, config: PimConfig) -> Self {
         let sums = vec![0.0; sensor.pixels()];
-        Self { sensor, rate_hz, sums, origin: None, clock: StreamClock::default() }
+        Self { sensor, config, sums, origin: None, clock: StreamClock::default() }
     }
 
+    /// How much an event counts.
     fn weight(&mut self, t: Micros) -> f64 {
         let origin = *self.origin.get_or_insert(t);
         let logarithm = self.fading(origin, t);
         if logarithm <= HEAVIEST {
             return logarithm.exp();
         }
-        // Before weights exceed what `f64` holds, all sums are moved to a new origin.
         let faded = (-logarithm).exp();
         self.sums.iter_mut().for_each(|sum| *sum *= faded);
         self.origin = Some(t);
@@ -76,7 +97,7 @@ impl Pim {
 
     /// By how much values fade from one time to another, as a logarithm.
     fn fading(&self, from: Micros, to: Micros) -> f64 {
-        self.rate_hz * to.0.saturating_sub(from.0) as f64 * 1e-6
+        self.config.rate_hz * to.0.saturating_sub(from.0) as f64 * 1e-6
     }
 }
 
@@ -139,7 +160,7 @@ mod tests {
 
     #[test]
     fn polarities_cancel_and_values_fade_by_e_in_a_time_constant() {
-        let mut pim = Pim::new(SENSOR, 2.0);
+        let mut pim = Pim::new(SENSOR, PimConfig { rate_hz: 2.0 });
         let mut events = EventStream::empty(SENSOR);
         for (t_s, x, on) in [(0, 0, true), (0, 0, true), (0, 0, false), (0, 1, false)] {
             let event = Event { t: Micros(t_s), x, y: 0, polarity: Polarity::from_on(on) };
@@ -167,7 +188,7 @@ mod tests {
     /// An hour of events at intervals in which a value fades to 1 / e: 1 + 1/e + 1/e² + …
     #[test]
     fn weights_never_overflow() {
-        let mut pim = Pim::new(SENSOR, 1.0);
+        let mut pim = Pim::new(SENSOR, PimConfig { rate_hz: 1.0 });
         let every_s =
             |s: i64| Event { t: Micros(1_000_000 * s), x: 1, y: 0, polarity: Polarity::On };
         pim.push(&EventStream::from_events(SENSOR, (0..3600).map(every_s)).unwrap());

@@ -106,10 +106,12 @@ impl StreamWindow {
         assert_eq!(events.sensor(), self.sensor, "events from a sensor of another size");
     }
 
+    /// The same planes of the longest window that there is.
     pub(crate) fn longest(self) -> Self {
         Self { length_us: Self::MAX_LENGTH.0 as i32, ..self }
     }
 
+    /// The same planes with OFF first.
     pub(crate) fn off_first(self) -> Self {
         Self { order: ChannelOrder::OffFirst, ..self }
     }

@@ -1,9 +1,9 @@
 //! SAE, the surface of active events: when each pixel last fired.
 //!
 //! # Model
-//! Per pixel, whatever the polarity, the time of its latest event, in seconds from a microsecond
-//! before the first event; 0 where there was none. In 32 bits, times differ by a microsecond up to
-//! 8 s, by a millisecond up to 2 h.
+//! Per pixel, whatever the polarity, the time of its latest event: [`Sae::times`] in microseconds,
+//! exact; rendered in seconds from a microsecond before the first event, 0 where there was none. In 32
+//! bits, times differ by a microsecond up to 8 s, by a millisecond up to 2 h.
 //!
 //! # Borders
 //! None: an event changes its own pixel only.
@@ -30,8 +30,9 @@ pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
     fill: None,
 };
 
-#[derive(Debug)]
-struct Sae {
+/// The SAE of a stream. It has no window.
+#[derive(Debug, Clone)]
+pub struct Sae {
     sensor: SensorSize,
     /// [`NEVER`] where there was none.
     last: Vec<Micros>,
@@ -43,9 +44,15 @@ struct Sae {
 const NEVER: Micros = Micros(i64::MIN);
 
 impl Sae {
-    fn new(sensor: SensorSize) -> Self {
+    /// An SAE without events.
+    pub fn new(sensor: SensorSize) -> Self {
         let last = vec![NEVER; sensor.pixels()];
         Self { sensor, last, origin: None, clock: StreamClock::default() }
+    }
+
+    /// When each pixel last fired, row by row; none where it never did.
+    pub fn times(&self) -> impl ExactSizeIterator<Item = Option<Micros>> + '_ {
+        self.last.iter().map(|&t| Some(t).filter(|&t| t != NEVER))
     }
 }
 
@@ -85,7 +92,6 @@ impl Representation for Sae {
                 for (out, &t) in out.iter_mut().zip(last) {
                     *out = match t {
                         NEVER => 0.0,
-                        // The difference of two extreme times would overflow.
                         t => Micros(t.0.saturating_sub(origin.0)).as_seconds() as f32,
                     };
                 }
@@ -121,7 +127,8 @@ mod tests {
         ];
         let mut sae = Sae::new(sensor);
         sae.push(&EventStream::from_events(sensor, events).unwrap());
-        assert_eq!(sae.last, [Micros(2_000_001), NEVER, Micros(1_500_000)]);
+        let want = [Some(Micros(2_000_001)), None, Some(Micros(1_500_000))];
+        assert!(sae.times().eq(want));
         let mut out = [f32::NAN; 3];
         sae.render(&mut out);
         assert_eq!(out, [1.999_997, 0.0, 1.499_996]);

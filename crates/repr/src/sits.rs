@@ -14,7 +14,7 @@
 //! Event-Based Cameras*, CVPR 2019, Algorithm 1 (which keeps the polarities apart); hpe-core, class
 //! `SITS`, whose square never moves from where the first event put it: that is not imitated.
 
-use evpose_core::{EventStream, Micros, NumberKind, SensorSize};
+use evpose_core::{EventStream, Micros, NumberKind, SensorSize, Settings};
 
 use crate::neighbourhood::{Neighbourhood, kernel_parameter};
 use crate::spec::{Memory, PolarityUse, RepresentationSpec};
@@ -23,54 +23,80 @@ use crate::{Grey, Representation};
 pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
     name: "sits",
     summary: "in which order the pixels around an edge fired, 0 to kernel²",
-    parameters: &[kernel_parameter(5, NumberKind::Odd)],
+    parameters: &[kernel_parameter(SitsConfig::PUBLISHED.kernel_px, NumberKind::Odd)],
     memory: Memory::Own,
     polarity: PolarityUse::Ignored,
     any_order_at_once: false,
     channels: |_| 1,
-    start: |window, values| {
-        Box::new(Sits::new(window.sensor, values.whole("kernel"), Ageing::AtLeast))
-    },
+    start: |window, values| Box::new(Sits::new(window.sensor, config(values, Ageing::AtLeast))),
     fill: None,
 };
 
 pub(crate) static HPE_CORE: RepresentationSpec = RepresentationSpec {
     name: "sits-hpe-core",
     summary: "sits as hpe-core means it: pixels of the same age do not age each other",
-    parameters: &[kernel_parameter(5, NumberKind::Odd)],
+    parameters: &[kernel_parameter(SitsConfig::PUBLISHED.kernel_px, NumberKind::Odd)],
     memory: Memory::Own,
     polarity: PolarityUse::Ignored,
     any_order_at_once: false,
     channels: |_| 1,
-    start: |window, values| {
-        Box::new(Sits::new(window.sensor, values.whole("kernel"), Ageing::Above))
-    },
+    start: |window, values| Box::new(Sits::new(window.sensor, config(values, Ageing::Above))),
     fill: None,
 };
 
-#[derive(Debug, Clone, Copy)]
-enum Ageing {
+fn config(values: &Settings, ageing: Ageing) -> SitsConfig {
+    SitsConfig { kernel_px: values.whole("kernel"), ageing }
+}
+
+/// The shape of a SITS.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SitsConfig {
+    /// Width and height of the square that an event changes, in pixels; odd.
+    pub kernel_px: u32,
+    /// Values that an event decrements.
+    pub ageing: Ageing,
+}
+
+/// Values that an event decrements.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Ageing {
     /// Those that are at least that of its pixel: the definition.
+    #[default]
     AtLeast,
     /// Those above that of its pixel, as hpe-core.
     Above,
 }
 
+impl SitsConfig {
+    /// The published class.
+    pub const PUBLISHED: Self = Self { kernel_px: 5, ageing: Ageing::AtLeast };
+}
+
+impl Default for SitsConfig {
+    fn default() -> Self {
+        Self::PUBLISHED
+    }
+}
+
 /// The SITS of a stream. It has a memory of its own and no window.
-#[derive(Debug)]
-struct Sits {
+#[derive(Debug, Clone)]
+pub struct Sits {
     values: Neighbourhood,
     ageing: Ageing,
     peak: u16,
 }
 
 impl Sits {
-    fn new(sensor: SensorSize, kernel_px: u32, ageing: Ageing) -> Self {
-        assert!(kernel_px % 2 == 1, "an even kernel is not centred");
-        let values = Neighbourhood::new(sensor, kernel_px, 0);
+    /// A SITS without events.
+    ///
+    /// # Panics
+    /// If the kernel is even or above [`ErosConfig::MAX_KERNEL_PX`](crate::ErosConfig).
+    pub fn new(sensor: SensorSize, config: SitsConfig) -> Self {
+        assert!(config.kernel_px % 2 == 1, "an even kernel is not centred");
+        let values = Neighbourhood::new(sensor, config.kernel_px, 0);
         // At most 31².
-        let peak = (kernel_px * kernel_px) as u16;
-        Self { values, ageing, peak }
+        let peak = (config.kernel_px * config.kernel_px) as u16;
+        Self { values, ageing: config.ageing, peak }
     }
 }
 
@@ -85,7 +111,6 @@ impl Representation for Sits {
                 value.saturating_sub(u16::from(value >= centre))
             }),
             Ageing::Above => {
-                // A value above the centre is not zero, so that nothing has to saturate.
                 self.values.push(events, self.peak, |v, centre| v - u16::from(v > centre));
             }
         }
@@ -119,7 +144,7 @@ mod tests {
         for &x in columns {
             events.push(Event { t: Micros(0), x, y: 0, polarity: Polarity::On }).unwrap();
         }
-        let mut sits = Sits::new(SENSOR, 3, ageing);
+        let mut sits = Sits::new(SENSOR, SitsConfig { kernel_px: 3, ageing });
         sits.push(&events);
         let mut out = [f32::NAN; 4];
         sits.render(&mut out);

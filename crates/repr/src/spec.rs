@@ -140,7 +140,6 @@ impl RepresentationChoice {
         }
         let mut representation = self.start(StreamWindow::of_frames(window));
         representation.push(&stream);
-        // The newest frames may have no events, and older ones fade or leave all the same.
         let last = i64::from(window.frames) - 1;
         representation.advance(Micros(last * Micros::MILLISECOND.0));
         representation.render(out);

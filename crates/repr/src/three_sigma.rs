@@ -31,7 +31,6 @@ pub(crate) fn three_sigma_scale(counts: impl Iterator<Item = u32>) -> f64 {
     let fired = fired.max(1);
     // n²·σ², an integer.
     let spread = u128::from(fired) * u128::from(squares) - u128::from(sum) * u128::from(sum);
-    // In floating point, the difference of two large products would lose its digits here.
     let sigma = (spread as f64).sqrt() / fired as f64;
     255.0 / (3.0 * sigma.max(0.1 / 255.0))
 }
@@ -54,6 +53,7 @@ pub(crate) fn write_scaled(
     );
 }
 
+/// A count as a grey value.
 #[inline(always)]
 fn scaled(count: u32, scale: f64) -> f64 {
     (f64::from(count) * scale).min(255.0)

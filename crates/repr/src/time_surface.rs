@@ -15,7 +15,6 @@
 
 use evpose_core::{EventStream, Micros, NumberSpec, Parameter};
 
-use crate::drawn::PixelState;
 use crate::fade::Fade;
 use crate::last_times::LastTimes;
 use crate::spec::{Memory, PolarityUse, RepresentationSpec};
@@ -29,28 +28,53 @@ pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
         unit: "ms",
         doc: "time constant",
         range: (1e-3, 1e6),
-        default: Some(30.0),
+        default: Some(TimeSurfaceConfig::DEFAULT.tau_ms),
         ..NumberSpec::LINEAR
     })],
     memory: Memory::Own,
     polarity: PolarityUse::Channels,
     any_order_at_once: true,
     channels: |_| 2,
-    start: |window, values| Box::new(TimeSurface::new(window, values.number("tau_ms"))),
+    start: |window, values| {
+        let config = TimeSurfaceConfig { tau_ms: values.number("tau_ms") };
+        Box::new(TimeSurface::new(window, config))
+    },
     fill: None,
 };
 
-#[derive(Debug)]
-struct TimeSurface {
+/// How a time surface fades.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TimeSurfaceConfig {
+    /// The time constant, in milliseconds.
+    pub tau_ms: f64,
+}
+
+impl TimeSurfaceConfig {
+    /// 30 ms.
+    pub const DEFAULT: Self = Self { tau_ms: 30.0 };
+}
+
+impl Default for TimeSurfaceConfig {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// The time surface of a stream.
+#[derive(Debug, Clone)]
+pub struct TimeSurface {
     last_times: LastTimes,
     fade: Fade,
 }
 
 impl TimeSurface {
     /// A time surface without events. The length of `window` is ignored.
-    fn new(window: StreamWindow, tau_ms: f64) -> Self {
-        assert!(tau_ms > 0.0, "a time constant of {tau_ms} ms");
-        Self { last_times: LastTimes::new(window.longest()), fade: Fade::new(tau_ms * 1e3) }
+    ///
+    /// # Panics
+    /// If the time constant is not above 0.
+    pub fn new(window: StreamWindow, config: TimeSurfaceConfig) -> Self {
+        assert!(config.tau_ms > 0.0, "a time constant of {} ms", config.tau_ms);
+        Self { last_times: LastTimes::new(window.longest()), fade: Fade::new(config.tau_ms * 1e3) }
     }
 }
 
@@ -100,7 +124,7 @@ mod tests {
     fn a_value_is_a_tenth_after_2_3_time_constants_whatever_the_window() {
         let sensor = SensorSize { width: 2, height: 1 };
         let window = StreamWindow::new(sensor, Micros(1), ChannelOrder::OnFirst).unwrap();
-        let mut representation = TimeSurface::new(window, 10.0);
+        let mut representation = TimeSurface::new(window, TimeSurfaceConfig { tau_ms: 10.0 });
         let events = [(0, 0), (23_026, 1)];
         let events = events.map(|(t, x)| Event { t: Micros(t), x, y: 0, polarity: Polarity::On });
         representation.push(&EventStream::from_events(sensor, events).unwrap());

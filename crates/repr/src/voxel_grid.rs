@@ -17,12 +17,10 @@
 //! Zhu et al., *Unsupervised Event-based Learning of Optical Flow, Depth, and Egomotion*, CVPR
 //! 2019, Eq. 1 to 3. (Tonic multiplies by `B` instead and drops what falls into bin `B`.)
 
-use std::collections::VecDeque;
-
 use evpose_core::{EventStream, Micros, NumberKind, NumberSpec, Parameter};
 
 use crate::clock::StreamClock;
-use crate::sliding::{Placed, expire, first_shown};
+use crate::sliding::{Placed, Sliding, first_shown};
 use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::{Grey, Representation, StreamWindow};
 
@@ -37,8 +35,7 @@ pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
         doc: "bins of time, each a channel",
         kind: NumberKind::Whole,
         range: (1.0, 1024.0),
-        // As most networks that take voxel grids; Zhu et al. have nine.
-        default: Some(5.0),
+        default: Some(VoxelGridConfig::DEFAULT.bins as f64),
         ..NumberSpec::LINEAR
     })],
     memory: Memory::Window,
@@ -46,16 +43,37 @@ pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
     // Sums are rounded.
     any_order_at_once: false,
     channels: |values| values.whole("bins") as usize,
-    start: |window, values| Box::new(VoxelGrid::new(window, values.whole("bins") as usize)),
+    start: |window, values| {
+        Box::new(VoxelGrid::new(window, VoxelGridConfig { bins: values.whole("bins") }))
+    },
     fill: None,
 };
 
-#[derive(Debug)]
-struct VoxelGrid {
+/// The shape of a voxel grid.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct VoxelGridConfig {
+    /// Bins of time, each a channel.
+    pub bins: u32,
+}
+
+impl VoxelGridConfig {
+    /// Five, as most networks that take voxel grids; Zhu et al. have nine.
+    pub const DEFAULT: Self = Self { bins: 5 };
+}
+
+impl Default for VoxelGridConfig {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// The voxel grid of a stream.
+#[derive(Debug, Clone)]
+pub struct VoxelGrid {
     window: StreamWindow,
     bins: usize,
     /// Positions in planes of two channels, OFF first.
-    events: VecDeque<Placed>,
+    events: Sliding,
     /// Sums, once there were many events.
     sums: Option<PrefixSums>,
     clock: StreamClock,
@@ -66,10 +84,11 @@ impl VoxelGrid {
     ///
     /// # Panics
     /// If there are no bins.
-    fn new(window: StreamWindow, bins: usize) -> Self {
-        assert!(bins > 0, "a grid without bins");
+    pub fn new(window: StreamWindow, config: VoxelGridConfig) -> Self {
+        assert!(config.bins > 0, "a grid without bins");
         let window = window.off_first();
-        Self { window, bins, events: VecDeque::new(), sums: None, clock: StreamClock::default() }
+        let (bins, events) = (config.bins as usize, Sliding::default());
+        Self { window, bins, events, sums: None, clock: StreamClock::default() }
     }
 }
 
@@ -120,8 +139,7 @@ impl VoxelGrid {
     fn expire(&mut self) {
         let Some(now) = self.clock.now else { return };
         let before = self.events.len();
-        expire(&mut self.events, &self.window, now, |_| ());
-        // Events leave the sums first, so that the sums are never behind the window.
+        self.events.expire(&self.window, now, |_| ());
         if let Some(sums) = &mut self.sums {
             sums.remove_first(before - self.events.len());
         }
@@ -136,9 +154,10 @@ impl VoxelGrid {
         self.bins > 1 && self.events.len() > self.bins * self.window.sensor.pixels()
     }
 
+    /// Writes the planes, event by event.
     fn add_events(&self, out: &mut [f32]) {
         out.fill(0.0);
-        let Some((&(first, _), &(last, _))) = self.events.front().zip(self.events.back()) else {
+        let Some(((first, _), (last, _))) = self.events.get(0).zip(self.events.last()) else {
             return;
         };
         let (pixels, span_us) = (self.window.sensor.pixels(), (last.0 - first.0).max(1));

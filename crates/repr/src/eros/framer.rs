@@ -15,10 +15,10 @@
 
 use std::array::from_fn;
 
-use evpose_core::{Plane, SensorSize};
+use evpose_core::SensorSize;
 use evpose_cpu::vectorize;
 
-use crate::{BlurWork, Eros, GaussianKernel};
+use crate::Eros;
 
 /// Makes the images of a running EROS; holds memory for one.
 #[derive(Debug, Clone)]
@@ -26,12 +26,13 @@ pub struct ErosFramer {
     sensor: SensorSize,
     columns: Vec<Tap>,
     rows: Vec<Tap>,
-    /// The values in 8 bits.
-    grey: Plane<u8>,
-    blurs: BlurWork,
-    blurred: Plane<u8>,
+    /// The values in 8 bits, two columns wider at each side.
+    grey: Vec<u8>,
+    /// Blurred along columns, in sixteenths, two columns wider at each side.
+    upright: Vec<u16>,
     /// Two blurred rows, resized along themselves, in 1/2048.
     resized: [(Option<usize>, Vec<i32>); 2],
+    blurred: Vec<u8>,
 }
 
 /// Bilinear interpolation coefficients of a resized row or column: source pixel and weights.
@@ -42,6 +43,8 @@ struct Tap {
     weights: [i32; 2],
 }
 
+/// Pixels that the blur reaches beyond its own.
+const REACH: usize = 2;
 const WEIGHT_ONE: f32 = 2048.0;
 
 impl ErosFramer {
@@ -52,10 +55,10 @@ impl ErosFramer {
             sensor,
             columns: taps(from_width, width),
             rows: taps(from_height, height),
-            grey: Plane::for_sensor(sensor, 0),
-            blurs: BlurWork::default(),
-            blurred: Plane::for_sensor(sensor, 0),
+            grey: vec![0; from_height * from_width],
+            upright: vec![0; from_width + 2 * REACH],
             resized: from_fn(|_| (None, vec![0; width])),
+            blurred: vec![0; from_width],
         }
     }
 
@@ -65,8 +68,10 @@ impl ErosFramer {
     /// If the EROS or `out` has another size.
     pub fn blurred(&mut self, eros: &Eros, out: &mut [u8]) {
         assert_eq!(out.len(), self.sensor.pixels(), "an image of another size");
-        self.blur(eros);
-        out.copy_from_slice(self.blurred.data());
+        self.convert(eros);
+        for (y, out) in out.chunks_exact_mut(usize::from(self.sensor.width).max(1)).enumerate() {
+            blur_row(&self.grey, y, &mut self.upright, out);
+        }
     }
 
     /// Writes the blurred EROS, resized.
@@ -76,19 +81,20 @@ impl ErosFramer {
     pub fn resized(&mut self, eros: &Eros, out: &mut [u8]) {
         let (width, height) = (self.columns.len(), self.rows.len());
         assert_eq!(out.len(), width * height, "an image of another size");
-        self.blur(eros);
+        self.convert(eros);
         // Rows of the image before are of no use.
         for (y, _) in &mut self.resized {
             *y = None;
         }
         for (tap, out) in self.rows.iter().zip(out.chunks_exact_mut(width.max(1))) {
-            // Each row that is looked at is resized once.
+            // Only rows that are looked at are blurred, and each of them once.
             if self.resized[0].0 != Some(tap.first) {
                 self.resized.swap(0, 1);
             }
             for (y, slot) in [tap.first, tap.second].into_iter().zip(&mut self.resized) {
                 if slot.0 != Some(y) {
-                    resize_row(self.blurred.row(y), &self.columns, &mut slot.1);
+                    blur_row(&self.grey, y, &mut self.upright, &mut self.blurred);
+                    resize_row(&self.blurred, &self.columns, &mut slot.1);
                     slot.0 = Some(y);
                 }
             }
@@ -97,14 +103,13 @@ impl ErosFramer {
         }
     }
 
-    fn blur(&mut self, eros: &Eros) {
+    fn convert(&mut self, eros: &Eros) {
         let since = &eros.since;
         assert_eq!(since.sensor(), self.sensor, "an EROS of another size");
         let width = usize::from(self.sensor.width).max(1);
-        for (out, since) in self.grey.data_mut().chunks_exact_mut(width).zip(since.rows()) {
+        for (out, since) in self.grey.chunks_exact_mut(width).zip(since.rows()) {
             eros.row_u8(since, out);
         }
-        GaussianKernel::Five.blur(&self.grey, &mut self.blurs, &mut self.blurred);
     }
 }
 
@@ -123,6 +128,54 @@ fn taps(from: usize, to: usize) -> Vec<Tap> {
         Tap { first, second, weights }
     };
     (0..to).map(tap).collect()
+}
+
+/// The place of `i` on a line of `n` that is reflected at its ends.
+fn reflected(i: isize, n: usize) -> usize {
+    let (last, period) = (n as isize - 1, 2 * (n as isize - 1));
+    if period == 0 {
+        return 0;
+    }
+    let i = i.rem_euclid(period);
+    (if i > last { period - i } else { i }) as usize
+}
+
+/// Row `y` of the blurred image.
+fn blur_row(grey: &[u8], y: usize, upright: &mut [u16], out: &mut [u8]) {
+    let width = out.len();
+    let height = grey.len() / width;
+    let [a, b, c, d, e] = from_fn(|k| {
+        let y = reflected(y as isize + k as isize - REACH as isize, height);
+        &grey[y * width..][..width]
+    });
+    let sums = &mut upright[REACH..][..width];
+    vectorize(
+        #[inline(always)]
+        move || {
+            for (i, sum) in sums.iter_mut().enumerate() {
+                let [a, b, c, d, e] = [a[i], b[i], c[i], d[i], e[i]].map(u16::from);
+                *sum = a + e + 4 * (b + d) + 6 * c;
+            }
+        },
+    );
+    // Edges are reflected, the last pixel not repeated, as OpenCV does.
+    for k in 1..=REACH as isize {
+        let (left, right) = (reflected(-k, width), reflected(width as isize - 1 + k, width));
+        upright[REACH - k as usize] = upright[REACH + left];
+        upright[REACH + width - 1 + k as usize] = upright[REACH + right];
+    }
+    let [a, b, c, d, e] = from_fn(|k| &upright[k..][..width]);
+    vectorize(
+        #[inline(always)]
+        move || {
+            for (i, out) in out.iter_mut().enumerate() {
+                // At most 256 times 255 and a half: 16 bits hold it.
+                let sum = a[i] + e[i] + 4 * (b[i] + d[i]) + 6 * c[i];
+                // Half is added before the shift: rounded to the nearest.
+                *out = ((sum + 128) >> 8) as u8;
+            }
+        },
+    );
 }
 
 fn resize_row(row: &[u8], columns: &[Tap], out: &mut [i32]) {

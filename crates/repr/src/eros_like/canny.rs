@@ -129,7 +129,6 @@ fn thin<S: Strength, const HALF: usize>(
         } else {
             strength.fill(S::default());
         }
-        // A row is thinned one step late, since it needs the strengths of the row below it.
         let Some(done) = y.checked_sub(1) else { continue };
         let rows = Rows {
             // Three rows before y + 1.

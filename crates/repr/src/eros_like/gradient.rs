@@ -53,6 +53,7 @@ pub(super) const SEVEN: FilterTaps<4> = FilterTaps { smooth: [20, 15, 6, 1], der
 pub(super) trait Strength: Copy + Default + Ord {
     /// Of a gradient with components of up to 12240.
     fn from_gradient(gx: i16, gy: i16) -> Self;
+    /// The next larger one.
     fn next(self) -> Self;
     /// The strength up to which gradients are below `threshold`, which counts `scale` times theirs.
     fn threshold(threshold: u16, scale: u16) -> Self;
@@ -121,6 +122,7 @@ fn sector_of(gx: i16, gy: i16) -> u8 {
     if y <= level { sector::LEVEL } else { steep }
 }
 
+/// Memory of a gradient, to be used again.
 #[derive(Debug, Clone, Default)]
 pub(super) struct GradientWork {
     /// A row and the border pixels that go on.
@@ -202,7 +204,6 @@ fn split<const HALF: usize>(
     for x in 0..smooth.len() {
         let mut sum = taps.smooth[0] * around.behind[0][x];
         let mut difference = 0;
-        // Smoothing is symmetric and the derivative antisymmetric, so a pair shares one product.
         for k in 1..HALF {
             let (before, behind) = (around.before[k][x], around.behind[k][x]);
             sum += taps.smooth[k] * (before + behind);

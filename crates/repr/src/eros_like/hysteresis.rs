@@ -79,7 +79,6 @@ impl EdgeMap {
         let (above, below) = (word - stride, word + stride);
         self.seed(above, across, &later);
         self.seed(below, across, &later);
-        // Few edges touch the side of their word, so most words skip these six neighbours.
         if to_left != 0 {
             for neighbour in [above - 1, word - 1, below - 1] {
                 self.seed(neighbour, to_left, &later);
@@ -108,7 +107,6 @@ impl EdgeMap {
         for (word, out) in edges.iter().zip(out.chunks_mut(WORD)) {
             let (eights, rest) = out.as_chunks_mut::<8>();
             let bytes = word.to_le_bytes();
-            // A row of whole words has no rest, and there the remainder keeps the index valid.
             rest.copy_from_slice(&SPREAD[usize::from(bytes[eights.len() % 8])][..rest.len()]);
             for (eight, byte) in eights.iter_mut().zip(bytes) {
                 *eight = SPREAD[usize::from(byte)];

@@ -53,11 +53,11 @@ fn speckle(image: &mut Plane<u8>, noise: StageNoise, black_below: u32, white_fro
     );
 }
 
+/// The draws of a block of pixels.
 #[inline(always)]
 fn fill(noise: StageNoise, block: usize, draws: &mut [u32; BLOCK]) {
     let (first, second) = draws.split_at_mut(BLOCK / 2);
     for (k, (first, second)) in first.iter_mut().zip(second).enumerate() {
-        // A word of 64 bits is enough for two draws of 31.
         let bits = noise.bits(block * (BLOCK / 2) + k, 0);
         *first = (bits as u32) >> 1;
         *second = (bits >> 33) as u32;

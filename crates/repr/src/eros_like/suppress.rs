@@ -49,7 +49,6 @@ pub(super) fn classify<S: Strength>(
         let slanted = (before, behind.next());
         let steep = if sector == sector::UPRIGHT { upright } else { slanted };
         let (before, behind) = if sector == sector::LEVEL { level } else { steep };
-        // Without short circuits, which would be branches: all pixels of a vector do the same.
         let stays = (strength > before) & (strength >= behind) & (strength > thresholds.low);
         let strong = stays & (strength > thresholds.high);
         classes[x] = (u8::from(stays) * CANDIDATE) | (u8::from(strong) * STRONG);
@@ -72,6 +71,7 @@ pub(super) fn pack(classes: &[u8], candidates: &mut [u64], strong: &mut [u64]) {
     }
 }
 
+/// One bit of each byte.
 #[inline(always)]
 fn gather<const BIT: u8>(bytes: &[u8; 64]) -> [u8; 8] {
     let (eights, _) = bytes.as_chunks::<8>();

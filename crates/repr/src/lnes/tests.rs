@@ -73,11 +73,11 @@ fn a_window_of_frames_gives_the_frame_number_over_their_count() {
         frame_event(3, 2, 1, true),
     ];
     let mut out = [f32::NAN; 12];
-    fill_lnes(&FrameWindow::new(SENSOR, 4, ChannelOrder::OffFirst), &events, &mut out);
+    fill_lnes(&FrameWindow::new(SENSOR, 4, ChannelOrder::OffFirst), events, &mut out);
     let off = [0.0, 0.0, 0.5, 0.0, 0.0, 0.0];
     let on = [0.0, 0.25, 0.75, 0.0, 0.0, 0.75];
     assert_eq!(out[..], [off, on].concat());
-    fill_lnes(&FrameWindow::new(SENSOR, 4, ChannelOrder::OnFirst), &events, &mut out);
+    fill_lnes(&FrameWindow::new(SENSOR, 4, ChannelOrder::OnFirst), events, &mut out);
     assert_eq!(out[..], [on, off].concat());
 }
 
@@ -88,7 +88,7 @@ fn what_happened_before_the_first_visible_frame_is_not_drawn_and_later_values_st
     let mut out = [f32::NAN; 12];
     for (visible_from, want) in [(3, [0.0, 0.0, 0.75]), (4, [0.0; 3]), (1, [0.25, 0.5, 0.75])] {
         let window = FrameWindow::new(SENSOR, 4, ChannelOrder::OnFirst);
-        fill_lnes(&FrameWindow { visible_from, ..window }, &events, &mut out);
+        fill_lnes(&FrameWindow { visible_from, ..window }, events, &mut out);
         assert_eq!(out[..3], want);
     }
 }

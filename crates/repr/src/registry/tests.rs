@@ -11,6 +11,7 @@ use crate::{
 
 const SENSOR: SensorSize = SensorSize { width: 4, height: 3 };
 
+/// Every representation as it comes, and some with parameters.
 fn choices() -> impl Iterator<Item = RepresentationChoice> {
     let others = [
         "eros:kernel=3,decay=0.9",

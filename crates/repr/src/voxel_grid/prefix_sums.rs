@@ -17,7 +17,7 @@ use std::ops::Range;
 use evpose_core::Micros;
 use evpose_cpu::vectorize;
 
-use crate::sliding::Placed;
+use crate::sliding::{Placed, Sliding};
 
 /// Pixels drawn at a time: what a segment passes on stays in the nearest cache.
 const TOGETHER: usize = 512;
@@ -38,8 +38,10 @@ struct Prefix {
     sums: Vec<i64>,
 }
 
+/// The sums of a stream's events.
 #[derive(Debug, Clone)]
 pub(super) struct PrefixSums {
+    /// Times count from here.
     origin: Micros,
     /// Number in the stream of the first event of the window.
     first: usize,
@@ -54,6 +56,7 @@ pub(super) struct PrefixSums {
 }
 
 impl PrefixSums {
+    /// No events.
     pub(super) fn new(pixels: usize) -> Self {
         Self {
             origin: Micros(0),
@@ -66,11 +69,10 @@ impl PrefixSums {
     }
 
     /// Takes those of the events of a window that are new.
-    pub(super) fn follow(&mut self, window: &VecDeque<Placed>) {
-        let Some((&(first, _), &(last, _))) = window.front().zip(window.back()) else { return };
+    pub(super) fn follow(&mut self, window: &Sliding) {
+        let Some(((first, _), (last, _))) = window.get(0).zip(window.last()) else { return };
         let is_empty = self.all.at <= self.first;
         if is_empty || last.0.saturating_sub(self.origin.0) > FURTHEST_US {
-            // Later times would spill into the bits of the counts, so that the sums start anew.
             self.restart(first);
         }
         let (end, apart) = (self.first + window.len(), (self.all.sums.len() / 4).max(1));
@@ -112,14 +114,11 @@ impl PrefixSums {
 
     /// Writes the planes of `bins`, at least two, from all events of a window that it follows;
     /// returns whether it did. It does not if sums might overflow.
-    pub(super) fn render(&self, window: &VecDeque<Placed>, bins: usize, out: &mut [f32]) -> bool {
-        let Some((&(first, _), &(last, _))) = window.front().zip(window.back()) else {
-            return false;
-        };
+    pub(super) fn render(&self, window: &Sliding, bins: usize, out: &mut [f32]) -> bool {
+        let Some(((first, _), (last, _))) = window.get(0).zip(window.last()) else { return false };
         let (segments, span_us) = ((bins - 1) as i64, (last.0 - first.0).max(1));
-        // Products, not quotients: rounding could put an event at a border on the wrong side.
         let begin = |k: i64| {
-            let at = window.partition_point(|&(t, _)| (t.0 - first.0) * segments < k * span_us);
+            let at = window.partition_point(|t| (t.0 - first.0) * segments < k * span_us);
             self.first + at
         };
         let mut ends: Vec<usize> = (0..segments).map(begin).collect();
@@ -127,7 +126,6 @@ impl PrefixSums {
         let most = ends.windows(2).map(|pair| pair[1] - pair[0]).max().unwrap_or(0);
         // Half of a segment is as far as an event is from its middle.
         let reach_us = span_us / (2 * segments) + 2;
-        // Summed times beyond a quarter of a weight would be taken for another count.
         if most > MAX_EVENTS || most as i64 > COUNT / 4 / reach_us {
             return false;
         }
@@ -141,7 +139,6 @@ impl PrefixSums {
         let per_us = segments as f64 / span_us as f64;
         let pairs = borders.iter().zip(borders.iter().skip(1).chain([&self.all]));
         let drawn = pairs.enumerate().map(|(k, (before, after))| {
-            // Times count from the middle of a segment, where their sums are smallest.
             let middle_us = span_us * (2 * k as i64 + 1) / (2 * segments);
             Segment {
                 before: &before.sums,
@@ -171,7 +168,7 @@ impl PrefixSums {
 
 impl Prefix {
     /// Adds or takes away the events up to number `at` of the stream.
-    fn go_to(&mut self, at: usize, window: &VecDeque<Placed>, first: usize, origin: Micros) {
+    fn go_to(&mut self, at: usize, window: &Sliding, first: usize, origin: Micros) {
         let range = |from: usize, to: usize| from - first..to - first;
         if at >= self.at {
             self.add(window, range(self.at, at), origin, 1);
@@ -182,10 +179,10 @@ impl Prefix {
     }
 
     /// Adds events `times` over.
-    fn add(&mut self, window: &VecDeque<Placed>, range: Range<usize>, origin: Micros, times: i64) {
+    fn add(&mut self, window: &Sliding, range: Range<usize>, origin: Micros, times: i64) {
         let sums = self.sums.as_mut_slice();
         let pixels = sums.len();
-        window.range(range).for_each(|&(t, index)| {
+        window.range(range).for_each(|(t, index): Placed| {
             let index = index as usize;
             // No branch: polarities are not predicted.
             let is_on = usize::from(index >= pixels);
@@ -196,11 +193,13 @@ impl Prefix {
     }
 }
 
+/// A segment of the window.
 #[derive(Debug, Clone, Copy)]
 struct Segment<'a> {
     /// Sums up to its beginning and up to its end.
     before: &'a [i64],
     after: &'a [i64],
+    /// Weight of an event in the middle of the segment.
     weight: i64,
     /// Its share of the next bin.
     share: f64,

@@ -8,9 +8,9 @@ use crate::ChannelOrder;
 
 const SENSOR: SensorSize = SensorSize { width: 2, height: 1 };
 
-fn grid(bins: usize, events: &[(i64, u16, bool)]) -> Vec<f32> {
+fn grid(bins: u32, events: &[(i64, u16, bool)]) -> Vec<f32> {
     let window = StreamWindow::new(SENSOR, Micros(1000), ChannelOrder::OnFirst).unwrap();
-    let mut grid = VoxelGrid::new(window, bins);
+    let mut grid = VoxelGrid::new(window, VoxelGridConfig { bins });
     let event = |&(t, x, on): &(i64, u16, bool)| Event {
         t: Micros(t),
         x,
@@ -18,7 +18,7 @@ fn grid(bins: usize, events: &[(i64, u16, bool)]) -> Vec<f32> {
         polarity: Polarity::from_on(on),
     };
     grid.push(&EventStream::from_events(SENSOR, events.iter().map(event)).unwrap());
-    let mut out = vec![f32::NAN; bins * SENSOR.pixels()];
+    let mut out = vec![f32::NAN; bins as usize * SENSOR.pixels()];
     grid.render(&mut out);
     out
 }
@@ -68,7 +68,7 @@ fn agrees(
     of_each_event: f64,
 ) {
     let window = StreamWindow::new(sensor, Micros(length_us), ChannelOrder::OnFirst).unwrap();
-    let mut grid = VoxelGrid::new(window, bins);
+    let mut grid = VoxelGrid::new(window, VoxelGridConfig { bins: bins as u32 });
     let mut out = vec![f32::NAN; bins * sensor.pixels()];
     let mut upto = 0;
     for &piece in pieces.iter().cycle() {
