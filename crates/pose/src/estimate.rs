@@ -26,6 +26,8 @@ pub enum PoseEstimate {
         points: Box<HandPoints>,
         /// The points in metres in the camera's frame: x right, y down, z forwards.
         camera_m: Box<[Vec3; 21]>,
+        /// Likelihood of a hand being in view, 0 to 1; none of networks that do not say.
+        score: Option<f32>,
     },
     /// Of another task.
     Values {
@@ -37,12 +39,13 @@ pub enum PoseEstimate {
 }
 
 impl PoseEstimate {
-    /// Score of the pose, 0 to 1: see [`pose_score`](crate::body::pose_score). None for hands, whose
-    /// networks regress a pose for every input and score none, and for other tasks.
+    /// Score of the pose, 0 to 1: see [`pose_score`](crate::body::pose_score); of hands that a
+    /// hand is in view. None for hands of regressors, which see one in every input, and for other tasks.
     pub fn score(&self) -> Option<f32> {
         match self {
             Self::Body { score, .. } => Some(*score),
-            Self::Hand { .. } | Self::Values { .. } => None,
+            Self::Hand { score, .. } => *score,
+            Self::Values { .. } => None,
         }
     }
 }
@@ -100,7 +103,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn bodies_have_a_score_and_hands_none() {
+    fn bodies_and_hands_that_were_looked_for_have_a_score() {
         let (joints_px, scores) = ([None; BODY_JOINTS], [0.5; BODY_JOINTS]);
         let body = PoseEstimate::Body { joints_px, scores, score: 0.25 };
         assert_eq!(body.score(), Some(0.25));
@@ -108,8 +111,9 @@ mod tests {
             params: HandParams::default(),
             points: Box::new(HandPoints { world_m: [Vec3::ZERO; 21], image_px: [None; 21] }),
             camera_m: Box::new([Vec3::ZERO; 21]),
+            score: Some(0.75),
         };
-        assert_eq!(hand.score(), None);
+        assert_eq!(hand.score(), Some(0.75));
         assert_eq!(PoseOrigin::ALL.map(PoseOrigin::name), ["network", "propagated", "nobody"]);
         assert_eq!(JointFrame::ALL.map(JointFrame::name), ["camera", "world"]);
     }

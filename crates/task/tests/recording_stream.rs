@@ -7,7 +7,7 @@ use evpose_camera::Calibration;
 use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
 use evpose_io::{Header, MemorySource, OpenOptions, Windows};
 use evpose_pose::stream::{InferenceSchedule, InferenceWorker, StreamFrontend};
-use evpose_pose::{HandParams, PoseEstimate};
+use evpose_pose::{HandParams, HandPose, PoseEstimate};
 use evpose_task::body::{
     BodyCheckpoint, BodyConfig, BodyPredictor, BodyPredictorOptions, body_stream,
 };
@@ -32,10 +32,10 @@ impl Predictor for Summing {
         &mut self,
         inputs: &[f32],
         (height, width): (usize, usize),
-    ) -> Result<Vec<HandParams>, TaskError> {
+    ) -> Result<Vec<HandPose>, TaskError> {
         let pose = |input: &[f32]| {
             let sum: f32 = input.iter().enumerate().map(|(k, value)| value * (k % 7) as f32).sum();
-            HandParams { articulation: [1e-3 * sum; 6], ..HandParams::default() }
+            HandParams { articulation: [1e-3 * sum; 6], ..HandParams::default() }.into()
         };
         let inputs = inputs.chunks_exact(2 * height * width);
         self.batches.push(inputs.len());

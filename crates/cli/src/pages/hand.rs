@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use evpose_core::Plane;
-use evpose_pose::HandParams;
+use evpose_pose::HandPose;
 use evpose_pose::metric::Pck;
 use evpose_task::Experiment as _;
 use evpose_task::hand::{HandConfig, HandView};
@@ -215,7 +215,7 @@ fn overlay(
     view: &HandView,
     sequence: &HandSequence,
     frame: u64,
-    predicted: &[(HandParams, Rgb<u8>)],
+    predicted: &[(HandPose, Rgb<u8>)],
 ) -> Result<RgbImage> {
     use evpose_core::Polarity;
     let planes = data.evaluation_input(sequence, frame)?;
@@ -229,9 +229,8 @@ fn overlay(
     let mut canvas = Canvas::events(&plane(Polarity::On)?, &plane(Polarity::Off)?, scale);
     let betas = sequence.betas(sequence.episode_of(frame));
     let hand = sequence.hand();
-    let truth = view.points(hand, &sequence.pose(frame)?, betas);
-    // The shape is not predicted: a hand of mean shape stands for it.
-    let predicted = predicted.iter().map(|(pose, colour)| (view.points(hand, pose, &[]), *colour));
+    let truth = sequence.points(view, frame, &view.shaped(betas))?;
+    let predicted = predicted.iter().map(|(pose, colour)| (view.points_seen(hand, pose), *colour));
     for (points, colour) in std::iter::once((truth, TRUTH)).chain(predicted) {
         // What is behind the camera has no image.
         if let Some(points) = points.in_front() {

@@ -107,7 +107,7 @@ impl TimedPose {
                 };
                 (None, joints_px.iter().zip(scores).map(joint).collect())
             }
-            PoseEstimate::Hand { params, points, camera_m } => {
+            PoseEstimate::Hand { params, points, camera_m, .. } => {
                 let joint = |(image_px, camera_m): (&Option<Vec2>, &Vec3)| PoseJoint {
                     image_px: *image_px,
                     score: None,

@@ -46,7 +46,7 @@ fn hand() -> PoseSequence {
     let points = Box::new(HandPoints { world_m: [Vec3::ZERO; 21], image_px });
     let params = HandParams::from_array(std::array::from_fn(|k| 0.1 * k as f32));
     let camera_m = Box::new([Vec3::new(0.01, -0.02, 0.5); 21]);
-    let estimate = PoseEstimate::Hand { params, points, camera_m };
+    let estimate = PoseEstimate::Hand { params, points, camera_m, score: None };
     let poses = vec![TimedPose::new(Micros(-7), &estimate)];
     PoseSequence { poses, ..PoseSequence::new(PoseKind::Hand) }
 }

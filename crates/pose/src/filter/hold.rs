@@ -9,16 +9,16 @@
 use evpose_core::SensorSize;
 
 use super::StillnessConfig;
-use crate::{HandParams, PoseError};
+use crate::PoseError;
 
 /// Holds the last pose that events showed.
 #[derive(Debug, Clone)]
-pub struct HoldAtRest {
+pub struct HoldAtRest<P> {
     rest_sum: f64,
-    last: Option<HandParams>,
+    last: Option<P>,
 }
 
-impl HoldAtRest {
+impl<P: Copy> HoldAtRest<P> {
     /// For representations of `sensor`, without poses yet.
     ///
     /// # Errors
@@ -29,7 +29,7 @@ impl HoldAtRest {
 
     /// The pose that counts for a window with the values of `representation`, of which the network
     /// predicted `predicted`.
-    pub fn pose(&mut self, representation: &[f32], predicted: &HandParams) -> HandParams {
+    pub fn pose(&mut self, representation: &[f32], predicted: &P) -> P {
         let sum: f64 = representation.iter().map(|&value| f64::from(value)).sum();
         match self.last {
             Some(last) if sum <= self.rest_sum => last,
@@ -47,6 +47,7 @@ impl HoldAtRest {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::HandParams;
 
     #[test]
     fn empty_windows_repeat_the_last_pose_that_was_seen() {
@@ -62,6 +63,6 @@ mod tests {
         hold.reset();
         assert_eq!(hold.pose(&empty, &pose(5.0)), pose(5.0));
         let wrong = StillnessConfig { rest_sum: -1.0 };
-        assert!(HoldAtRest::new(&wrong, SensorSize::DAVIS240C).is_err());
+        assert!(HoldAtRest::<HandParams>::new(&wrong, SensorSize::DAVIS240C).is_err());
     }
 }

@@ -22,7 +22,7 @@
 use evpose_core::SensorSize;
 use serde::{Deserialize, Serialize};
 
-use crate::{HandParams, PoseError};
+use crate::PoseError;
 
 /// Threshold below which a scene is at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -56,12 +56,12 @@ impl StillnessConfig {
 
 /// Skips the inference of batches without motion and repeats the predictions before.
 #[derive(Debug, Clone)]
-pub struct StillnessGate {
+pub struct StillnessGate<P> {
     rest_sum: f64,
-    previous: Vec<HandParams>,
+    previous: Vec<P>,
 }
 
-impl StillnessGate {
+impl<P: Copy> StillnessGate<P> {
     /// A gate for representations of `sensor`, without predictions yet.
     ///
     /// # Errors
@@ -78,13 +78,13 @@ impl StillnessGate {
     }
 
     /// Takes the predictions of a batch.
-    pub fn predicted(&mut self, poses: Vec<HandParams>) {
+    pub fn predicted(&mut self, poses: Vec<P>) {
         self.previous = poses;
     }
 
     /// The predictions of the batch before, for a batch of `count` representations: the last one
     /// again where there are fewer.
-    pub fn repeat(&mut self, count: usize) -> &[HandParams] {
+    pub fn repeat(&mut self, count: usize) -> &[P] {
         if let Some(&last) = self.previous.last() {
             // It only grows: a short batch must not drop poses that a longer one repeats.
             self.previous.resize(self.previous.len().max(count), last);
@@ -101,10 +101,11 @@ impl StillnessGate {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::HandParams;
 
     const SENSOR: SensorSize = SensorSize { width: 24, height: 18 };
 
-    fn gate() -> StillnessGate {
+    fn gate() -> StillnessGate<HandParams> {
         StillnessGate::new(&StillnessConfig::default(), SENSOR).expect("valid settings")
     }
 
@@ -123,7 +124,12 @@ mod tests {
 
     /// Poses of a batch that would be predicted as `number`, `number + 1`, …, and whether they are
     /// repeated.
-    fn pass(gate: &mut StillnessGate, count: usize, sum: f32, number: f32) -> (Vec<f32>, bool) {
+    fn pass(
+        gate: &mut StillnessGate<HandParams>,
+        count: usize,
+        sum: f32,
+        number: f32,
+    ) -> (Vec<f32>, bool) {
         let is_repeated = gate.is_at_rest(&representations(count, sum), count);
         if !is_repeated {
             gate.predicted((0..count).map(|i| pose(number + i as f32)).collect());
@@ -161,7 +167,7 @@ mod tests {
     #[test]
     fn a_sum_that_is_not_finite_is_refused() {
         for rest_sum in [-1.0, f64::NAN, f64::INFINITY] {
-            let error = StillnessGate::new(&StillnessConfig { rest_sum }, SENSOR);
+            let error = StillnessGate::<HandParams>::new(&StillnessConfig { rest_sum }, SENSOR);
             assert!(error.is_err_and(|error| error.to_string().contains("rest_sum")));
         }
     }

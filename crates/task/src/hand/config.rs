@@ -264,7 +264,11 @@ impl Experiment for HandConfig {
                 "weights must be at least 0, a deviation above",
             ),
             (are_turns_valid, "camera_turns", "roll_deg must be 0 to 180, tilt_deg 0 to 45"),
-            (self.detection.is_valid(), "detection.min_active", "is a share: 0 to 1"),
+            (
+                self.detection.is_valid(),
+                "detection",
+                "min_active and min_presence are shares: 0 to 1",
+            ),
             (is_large, "network.backbone", too_small.as_str()),
         ])
     }

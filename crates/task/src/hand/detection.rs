@@ -3,12 +3,13 @@
 use evpose_core::SensorSize;
 use serde::{Deserialize, Serialize};
 
-/// The condition for the first pose of a recording.
+/// The conditions for poses.
 ///
 /// # Model
-/// A network regresses a pose for every window, an empty one included: that is the mean pose of its
-/// training, with or without a hand. So nothing is reported before a window has shown as many active pixels
-/// as a hand that moves. Later windows are at rest or not, see [`HandConfig::hold`].
+/// A network of joints says of every window how likely a hand is in it, and windows below `min_presence` have no
+/// pose. A regressor does not: it regresses a pose for every window, an empty one included: that
+/// is the mean pose of its training, with or without a hand. So nothing is reported before a window has shown as
+/// many active pixels as a hand that moves. Later windows are at rest or not, see [`HandConfig::hold`].
 ///
 /// [`HandConfig::hold`]: super::HandConfig::hold
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -17,13 +18,15 @@ pub struct HandDetectionConfig {
     /// Pixels with an event in the window, as a share of those of the canonical view. 0 reports every
     /// window.
     pub min_active: f32,
+    /// Likelihood of a hand, 0 to 1, below which a window of a network of joints has no pose.
+    pub min_presence: f32,
 }
 
 impl Default for HandDetectionConfig {
     /// 130 of 240x180 pixels. `hold.rest_sum` of the shipped network takes a window that sums to 60 for
     /// one at rest, and active pixels of an LNES are one half on average.
     fn default() -> Self {
-        Self { min_active: 0.003 }
+        Self { min_active: 0.003, min_presence: 0.5 }
     }
 }
 
@@ -34,7 +37,7 @@ impl HandDetectionConfig {
 
     /// Whether it makes sense.
     pub(super) fn is_valid(&self) -> bool {
-        (0.0..=1.0).contains(&self.min_active)
+        (0.0..=1.0).contains(&self.min_active) && (0.0..=1.0).contains(&self.min_presence)
     }
 }
 
@@ -92,14 +95,14 @@ mod tests {
             values[view.pixels()] = 0.25;
             values
         };
-        let config = HandDetectionConfig { min_active: 0.01 };
+        let config = HandDetectionConfig { min_active: 0.01, ..HandDetectionConfig::default() };
         let mut warm_up = WarmUp::new(config, view);
         assert_eq!(warm_up.first(&[input(0), input(9)].concat(), view.pixels()), 2);
         assert_eq!(warm_up.first(&[input(9), input(10), input(0)].concat(), view.pixels()), 1);
         assert_eq!(warm_up.first(&input(0), view.pixels()), 0, "a hand may rest later");
         warm_up.reset();
         assert_eq!(warm_up.first(&input(9), view.pixels()), 1);
-        let mut all = WarmUp::new(HandDetectionConfig { min_active: 0.0 }, view);
+        let mut all = WarmUp::new(HandDetectionConfig { min_active: 0.0, ..config }, view);
         assert_eq!(all.first(&input(0), view.pixels()), 0);
     }
 }

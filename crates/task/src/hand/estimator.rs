@@ -1,8 +1,8 @@
 //! The hand's stream without its schedule: representation, batch, stillness gate, filter.
 
 use evpose_core::{EventStream, Micros, SensorSize};
-use evpose_pose::HandParams;
-use evpose_pose::filter::{AdaptiveHandFilter, HandFilter, HoldAtRest, StillnessGate};
+use evpose_pose::HandPose;
+use evpose_pose::filter::{HoldAtRest, StillnessGate};
 use evpose_repr::{Representation, StreamWindow, representation_by_name};
 
 use evpose_clean::DenoiseFilter;
@@ -10,6 +10,7 @@ use evpose_clean::DenoiseFilter;
 use super::batch::InputBatch;
 use super::config::HandConfig;
 use super::detection::WarmUp;
+use super::smoothing::Smoothing;
 use crate::TaskError;
 
 /// A pose of a hand with what the gate and the filter did to it.
@@ -20,33 +21,13 @@ pub struct HandEstimate {
     /// Time stamp of the last input of its batch: the earliest at which the pose is known.
     pub known: Micros,
     /// The network's output, of this batch or repeated from an earlier one.
-    pub measured: HandParams,
+    pub measured: HandPose,
     /// After the filter; the output itself where there is none.
-    pub filtered: HandParams,
+    pub filtered: HandPose,
     /// Whether the scene was at rest and an earlier output was repeated.
     pub is_repeated: bool,
     /// Whether the filter took it with its fast settings.
     pub is_fast: bool,
-}
-
-/// Temporal filter of the poses.
-#[derive(Debug)]
-enum Smoothing {
-    Kalman(Box<HandFilter>),
-    Adaptive(Box<AdaptiveHandFilter>),
-}
-
-impl Smoothing {
-    fn update(&mut self, t: Micros, measured: &HandParams) -> HandParams {
-        match self {
-            Self::Kalman(filter) => filter.update(t, measured),
-            Self::Adaptive(filter) => filter.update(t, measured),
-        }
-    }
-
-    fn is_fast(&self) -> bool {
-        matches!(self, Self::Adaptive(filter) if filter.is_fast())
-    }
 }
 
 /// Events to inputs of the network, and its outputs to filtered poses.
@@ -61,9 +42,11 @@ pub(super) struct HandEstimator {
     filtered: EventStream,
     filtered_events: u64,
     warm_up: WarmUp,
-    gate: Option<StillnessGate>,
-    hold: Option<HoldAtRest>,
+    gate: Option<StillnessGate<HandPose>>,
+    hold: Option<HoldAtRest<HandPose>>,
     smoothing: Smoothing,
+    /// Poses of a lower presence are of nobody.
+    min_presence: f32,
     /// Inputs of a full batch, and those so far.
     pub(super) batch: usize,
     pub(super) pending: InputBatch,
@@ -84,13 +67,9 @@ impl HandEstimator {
         batch: usize,
         is_plain: bool,
     ) -> Result<Self, TaskError> {
-        let mode = &config.slow_motion;
-        let (gate, smoothing) = if is_plain {
-            (None, Smoothing::Kalman(Box::new(HandFilter::new(&config.filter)?)))
-        } else {
-            let filter = AdaptiveHandFilter::new(&mode.filter)?;
-            let gate = StillnessGate::new(&mode.stillness, sensor)?;
-            (Some(gate), Smoothing::Adaptive(Box::new(filter)))
+        let gate = match is_plain {
+            true => None,
+            false => Some(StillnessGate::new(&config.slow_motion.stillness, sensor)?),
         };
         let input = &config.representation;
         let window = StreamWindow::new(sensor, input.window(), input.channel_order)?;
@@ -107,7 +86,8 @@ impl HandEstimator {
             warm_up: WarmUp::new(config.detection, sensor),
             gate,
             hold: config.hold.map(|hold| HoldAtRest::new(&hold, sensor)).transpose()?,
-            smoothing,
+            smoothing: Smoothing::new(config, !is_plain)?,
+            min_presence: config.detection.min_presence,
             batch: batch.max(1),
             pending,
             skipped: Vec::new(),
@@ -160,12 +140,12 @@ impl HandEstimator {
         std::mem::replace(&mut self.pending, next)
     }
 
-    /// Takes the network's outputs for a batch. There are none before an input has shown enough: see
-    /// [`HandDetectionConfig`](super::HandDetectionConfig).
+    /// Takes the network's outputs for a batch. There are none before an input has shown enough, and
+    /// where there is no hand: see [`HandDetectionConfig`](super::HandDetectionConfig).
     pub(super) fn accept(
         &mut self,
         batch: &InputBatch,
-        mut outputs: Vec<HandParams>,
+        mut outputs: Vec<HandPose>,
     ) -> Vec<HandEstimate> {
         let pixels = self.sensor.pixels();
         let first = self.warm_up.first(batch.values(), pixels);
@@ -177,13 +157,23 @@ impl HandEstimator {
         }
         let inputs = batch.values().chunks_exact(2 * pixels).skip(first);
         let times = &batch.times()[first..];
-        let held: Vec<HandParams> = match &mut self.hold {
+        let held: Vec<HandPose> = match &mut self.hold {
             None => outputs.clone(),
             Some(hold) => {
                 inputs.zip(&outputs).map(|(input, pose)| hold.pose(input, pose)).collect()
             }
         };
-        let estimates = self.smooth(times, &held, false);
+        let is_hand = |pose: &HandPose| pose.presence().is_none_or(|p| p >= self.min_presence);
+        let (mut of_hands, mut poses) = (Vec::new(), Vec::new());
+        for (&t, pose) in times.iter().zip(held) {
+            if is_hand(&pose) {
+                of_hands.push(t);
+                poses.push(pose);
+            } else {
+                self.skipped.push(t);
+            }
+        }
+        let estimates = self.smooth(&of_hands, &poses, false);
         if let Some(gate) = &mut self.gate {
             // The gate repeats outputs of the network, not the poses that were held in their place.
             gate.predicted(outputs);
@@ -194,7 +184,7 @@ impl HandEstimator {
     fn smooth(
         &mut self,
         times: &[Micros],
-        poses: &[HandParams],
+        poses: &[HandPose],
         is_repeated: bool,
     ) -> Vec<HandEstimate> {
         // All poses of a batch become known with its last input.
@@ -209,11 +199,8 @@ impl HandEstimator {
     }
 
     /// The filter's pose at `t`. None before the first output.
-    pub(super) fn propagate(&self, t: Micros) -> Option<HandParams> {
-        match &self.smoothing {
-            Smoothing::Kalman(filter) => filter.at(t),
-            Smoothing::Adaptive(filter) => filter.at(t),
-        }
+    pub(super) fn propagate(&self, t: Micros) -> Option<HandPose> {
+        self.smoothing.at(t)
     }
 
     /// Forgets everything.
@@ -230,9 +217,6 @@ impl HandEstimator {
         if let Some(hold) = &mut self.hold {
             hold.reset();
         }
-        match &mut self.smoothing {
-            Smoothing::Kalman(filter) => filter.reset(),
-            Smoothing::Adaptive(filter) => filter.reset(),
-        }
+        self.smoothing.reset();
     }
 }

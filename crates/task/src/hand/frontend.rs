@@ -18,7 +18,7 @@ use evpose_io::Windows;
 use evpose_pose::stream::{
     InferenceSchedule, InferenceWorker, PoseStream, RemainingEvents, StreamError, StreamFrontend,
 };
-use evpose_pose::{HandParams, HandSide, PoseEstimate};
+use evpose_pose::{HandPose, HandSide, PoseEstimate};
 use evpose_repr::RepresentationTrigger;
 
 use super::batch::InputBatch;
@@ -129,8 +129,8 @@ impl HandFrontend {
     }
 
     /// A pose of the network's on the sensor; of the other hand, in the mirror image.
-    pub fn pose(&self, params: HandParams) -> PoseEstimate {
-        self.view.estimate(self.side, params)
+    pub fn pose(&self, pose: HandPose) -> PoseEstimate {
+        self.view.estimate(self.side, &pose)
     }
 
     /// Whether inputs are taken at every stride, whatever the events.
@@ -147,7 +147,7 @@ impl HandFrontend {
 
 impl StreamFrontend for HandFrontend {
     type Input = InputBatch;
-    type Output = Vec<HandParams>;
+    type Output = Vec<HandPose>;
     type Pose = HandEstimate;
 
     fn push(&mut self, events: &EventStream) -> Result<(), StreamError> {
@@ -240,7 +240,7 @@ impl StreamFrontend for HandFrontend {
         &mut self,
         _t: Micros,
         batch: &InputBatch,
-        outputs: Vec<HandParams>,
+        outputs: Vec<HandPose>,
         _now: Micros,
     ) -> Vec<(Micros, HandEstimate)> {
         let estimates = self.estimator.accept(batch, outputs);
@@ -289,9 +289,9 @@ pub struct HandWorker<P> {
 
 impl<P: Predictor> InferenceWorker for HandWorker<P> {
     type Input = InputBatch;
-    type Output = Vec<HandParams>;
+    type Output = Vec<HandPose>;
 
-    fn infer(&mut self, batch: &InputBatch) -> Result<Vec<HandParams>, StreamError> {
+    fn infer(&mut self, batch: &InputBatch) -> Result<Vec<HandPose>, StreamError> {
         Ok(self.predictor.predict(batch.values(), self.size)?)
     }
 }

@@ -3,7 +3,7 @@
 use evpose_body::{FittedPose, HandFit, JointObservation};
 use evpose_core::SensorSize;
 use evpose_pose::rotation::axis_angle_from_matrix;
-use evpose_pose::{HandParams, HandSide};
+use evpose_pose::{HandJoints, HandParams, HandPose, HandSide};
 use evpose_sim::raster::Camera;
 use glam::{Affine3A, Mat3, Vec3};
 
@@ -13,6 +13,9 @@ use super::joint_observation::joint_observation;
 use super::perspective_crop::PerspectiveCrop;
 use super::view::HandView;
 use crate::TaskError;
+
+/// Least depth of a joint: before the camera whatever a network says.
+const MIN_DEPTH_M: f32 = 0.03;
 
 /// Makes poses of the outputs of a [`JointNet`](evpose_nn::JointNet).
 #[derive(Debug)]
@@ -35,10 +38,23 @@ impl JointDecoder {
         Ok(Self { view, camera: config.simulation.camera(), side, fit })
     }
 
-    /// The pose in the view of one row of outputs, of an image of `size` that shows `crop`.
-    pub fn pose(&self, row: &[f32], size: SensorSize, crop: &PerspectiveCrop) -> HandParams {
+    /// The pose in the view of one row of outputs, of an image of `size` that shows `crop`: its joints as they are
+    /// seen, at the distance of the hand that is fitted to them.
+    pub fn pose(&self, row: &[f32], size: SensorSize, crop: &PerspectiveCrop) -> HandPose {
         let grid = JointGrid::new(&self.camera, size, crop.zoom());
-        self.fitted(&joint_observation(row, &grid), grid.focal_cells(), crop.turn())
+        let observed = joint_observation(row, &grid);
+        let params = self.fitted(&observed, grid.focal_cells(), crop.turn());
+        let camera_from_world = self.camera.camera_from_world();
+        let view_from_crop = crop.turn().transpose();
+        let wrist_m = crop.turn() * camera_from_world.transform_point3(params.translation_m);
+        let palm_m = self.fit.palm_m();
+        let camera_m = std::array::from_fn(|joint| {
+            // Depths are exact in palms alone: a hand that is larger than the mean one is taken for a nearer one.
+            let depth_m = (palm_m * observed.depths[joint] - wrist_m.z).max(MIN_DEPTH_M);
+            view_from_crop * (depth_m * observed.rays[joint].extend(-1.0))
+        });
+        let JointObservation { scores, presence, .. } = observed;
+        HandPose { params, joints: Some(HandJoints { camera_m, scores, presence }) }
     }
 
     /// The pose in the view of joints that a camera sees that is turned by `turn`.

@@ -13,6 +13,7 @@ mod joint_observation;
 mod perspective_crop;
 mod predictor;
 mod slow_motion;
+mod smoothing;
 mod two_pass;
 mod view;
 
@@ -31,5 +32,5 @@ pub use joint_observation::joint_observation;
 pub use perspective_crop::PerspectiveCrop;
 pub use predictor::{ConstantPose, NetworkPredictor, Predictor};
 pub use slow_motion::SlowMotionConfig;
-pub use two_pass::{CropErrors, TwoPass, TwoPassConfig};
+pub use two_pass::{CropErrors, TrainingView, TwoPass, TwoPassConfig};
 pub use view::{HandView, calibration_for, canonical_view};

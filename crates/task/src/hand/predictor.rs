@@ -5,7 +5,7 @@ use evpose_core::SensorSize;
 use evpose_infer::{CalibrationRanges, Engine, EngineOptions, Precision};
 use evpose_nn::graph::Graph;
 use evpose_nn::{HandNetwork, RotationOutput};
-use evpose_pose::HandParams;
+use evpose_pose::{HandParams, HandPose};
 use rayon::prelude::*;
 
 use super::config::HandConfig;
@@ -25,7 +25,7 @@ pub trait Predictor: Send {
         &mut self,
         inputs: &[f32],
         image_size: (usize, usize),
-    ) -> Result<Vec<HandParams>, TaskError>;
+    ) -> Result<Vec<HandPose>, TaskError>;
 }
 
 impl<P: Predictor + ?Sized> Predictor for &mut P {
@@ -33,7 +33,7 @@ impl<P: Predictor + ?Sized> Predictor for &mut P {
         &mut self,
         inputs: &[f32],
         image_size: (usize, usize),
-    ) -> Result<Vec<HandParams>, TaskError> {
+    ) -> Result<Vec<HandPose>, TaskError> {
         (**self).predict(inputs, image_size)
     }
 }
@@ -120,7 +120,7 @@ impl NetworkPredictor {
         (height, width): (usize, usize),
         crops: &[PerspectiveCrop],
         two_pass: Option<&TwoPass>,
-    ) -> Result<Vec<HandParams>, TaskError> {
+    ) -> Result<Vec<HandPose>, TaskError> {
         let values = match &mut self.backend {
             Backend::Compiled(compiled) => compiled.values(inputs, [2, height, width])?,
             Backend::Burn { network, device } => {
@@ -137,9 +137,11 @@ impl NetworkPredictor {
         Ok(match &self.decoder {
             PoseDecoder::Regression(rotation) => {
                 let poses = rotation.poses(&values);
-                let Some(two_pass) = two_pass else { return Ok(poses) };
+                let Some(two_pass) = two_pass else {
+                    return Ok(poses.into_iter().map(HandPose::from).collect());
+                };
                 let in_view = |(pose, crop): (&HandParams, &PerspectiveCrop)| {
-                    crop.view_from_crop(two_pass.camera(), pose)
+                    crop.view_from_crop(two_pass.camera(), pose).into()
                 };
                 poses.iter().zip(crops).map(in_view).collect()
             }
@@ -164,7 +166,7 @@ impl NetworkPredictor {
         two_pass: &TwoPass,
         inputs: &[f32],
         each: &[PerspectiveCrop],
-    ) -> Result<Vec<HandParams>, TaskError> {
+    ) -> Result<Vec<HandPose>, TaskError> {
         let size = two_pass.size();
         let seen = crops(two_pass, inputs, each);
         self.infer(&seen, (size.height.into(), size.width.into()), each, Some(two_pass))
@@ -176,7 +178,7 @@ impl Predictor for NetworkPredictor {
         &mut self,
         inputs: &[f32],
         image_size: (usize, usize),
-    ) -> Result<Vec<HandParams>, TaskError> {
+    ) -> Result<Vec<HandPose>, TaskError> {
         let whole = vec![PerspectiveCrop::WHOLE; inputs.len() / (2 * image_size.0 * image_size.1)];
         // Taken out while the network runs, which borrows the predictor as a whole.
         let Some(two_pass) = self.two_pass.take() else {
@@ -277,7 +279,7 @@ impl Predictor for ConstantPose {
         &mut self,
         inputs: &[f32],
         (height, width): (usize, usize),
-    ) -> Result<Vec<HandParams>, TaskError> {
-        Ok(vec![self.0; inputs.len() / (2 * height * width)])
+    ) -> Result<Vec<HandPose>, TaskError> {
+        Ok(vec![self.0.into(); inputs.len() / (2 * height * width)])
     }
 }

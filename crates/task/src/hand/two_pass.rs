@@ -1,7 +1,7 @@
 //! Two passes of one network over a window: of the whole canonical view, and of a crop about the hand.
 
 use evpose_core::{CounterRng, SensorSize};
-use evpose_pose::{HandParams, HandSide};
+use evpose_pose::{HandParams, HandPose, HandSide};
 use evpose_sim::raster::Camera;
 use glam::{Mat3, Vec2, Vec3};
 use serde::{Deserialize, Serialize};
@@ -46,6 +46,15 @@ pub struct CropErrors {
     pub zoom: f32,
     /// Of the direction of the hand in the image, in degrees.
     pub roll_deg: f32,
+}
+
+/// What a training sample of a network of joints shows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrainingView {
+    /// A part of the canonical view.
+    pub crop: PerspectiveCrop,
+    /// Whether tiles of the image change places, so that there is no hand in it.
+    pub is_scrambled: bool,
 }
 
 impl Default for TwoPassConfig {
@@ -133,9 +142,12 @@ impl TwoPass {
         &self.camera
     }
 
-    /// The crop about the hand of a pose.
-    pub fn about(&self, pose: &HandParams) -> PerspectiveCrop {
-        self.about_points(&self.points_m(pose))
+    /// The crop about the hand of a pose: about its joints, where it has some.
+    pub fn about(&self, pose: &HandPose) -> PerspectiveCrop {
+        match pose.joints {
+            Some(joints) => self.about_points(&joints.camera_m),
+            None => self.about_points(&self.points_m(&pose.params)),
+        }
     }
 
     /// The crop about points in the frame of the camera.
@@ -176,18 +188,22 @@ impl TwoPass {
         PerspectiveCrop::new(error * crop.turn(), zoom)
     }
 
-    /// The crop of training sample `sample` beside a hand at `points_m`, with none of it in the image: none for
-    /// most samples, by [`TwoPassConfig::empty_probability`]; a function of `seed` and its number alone.
-    pub fn draw_beside(
-        &self,
-        points_m: &[Vec3; 21],
-        seed: u64,
-        sample: u64,
-    ) -> Option<PerspectiveCrop> {
-        let mut rng = CounterRng::new(seed, "crops beside hands", sample);
-        if rng.uniform(0.0, 1.0) >= self.config.empty_probability {
-            return None;
+    /// What training sample `sample` of a network of joints shows of a hand at `points_m`: a function of `seed` and
+    /// its number alone. With [`TwoPassConfig::empty_probability`] there is no hand in it: half of these lie beside
+    /// the hand, in the others it is to be scrambled.
+    pub fn draw_view(&self, points_m: &[Vec3; 21], seed: u64, sample: u64) -> TrainingView {
+        let mut rng = CounterRng::new(seed, "crops without hands", sample);
+        let about = || self.draw_about(points_m, seed, sample);
+        if !rng.chance(self.config.empty_probability) {
+            return TrainingView { crop: about(), is_scrambled: false };
         }
+        let beside = rng.chance(0.5).then(|| self.draw_beside(points_m, &mut rng)).flatten();
+        // A hand that fills the view leaves no place beside it.
+        TrainingView { crop: beside.unwrap_or_else(about), is_scrambled: beside.is_none() }
+    }
+
+    /// A crop beside a hand at `points_m`, with none of it in the image, if there is place.
+    fn draw_beside(&self, points_m: &[Vec3; 21], rng: &mut CounterRng) -> Option<PerspectiveCrop> {
         let about = self.about_points(points_m);
         // A whole view has no place beside the hand.
         let zoom = (about.zoom() * rng.uniform(-0.35f32, 0.35).exp()).max(2.0);
@@ -198,7 +214,7 @@ impl TwoPass {
             let turned = |largest: f32, rng: &mut CounterRng| {
                 (3.0 * largest * rng.uniform(-1.0, 1.0)).atan()
             };
-            let (pan, tilt) = (turned(half.x, &mut rng), turned(half.y, &mut rng));
+            let (pan, tilt) = (turned(half.x, rng), turned(half.y, rng));
             let roll =
                 Mat3::from_rotation_z(rng.uniform(-std::f32::consts::PI, std::f32::consts::PI));
             let turn =
@@ -261,7 +277,7 @@ mod tests {
             let pose = pose(&config, k);
             let crop = two_pass.draw(&pose, 3, k);
             assert_eq!(crop, two_pass.draw(&pose, 3, k));
-            let intended = two_pass.about(&pose);
+            let intended = two_pass.about(&pose.into());
             let larger = (crop.zoom() / intended.zoom()).ln().abs();
             assert!(larger <= errors.zoom + 1e-4 || crop.zoom() == 1.0, "sample {k}: {larger}");
             let seen = crop.crop_from_view(two_pass.camera(), &pose);
@@ -277,18 +293,22 @@ mod tests {
     }
 
     #[test]
-    fn crops_beside_a_hand_show_none_of_its_points_and_few_windows_have_one() {
+    fn few_windows_show_no_hand_and_crops_beside_it_none_of_its_points() {
         let mut config = config(0.4);
         config.two_pass.as_mut().unwrap().empty_probability = 0.25;
         let two_pass = TwoPass::new(&config).unwrap().unwrap();
         let pinhole = two_pass.camera().pinhole();
         let view = two_pass.view_size();
-        let mut count = 0;
+        let (mut beside, mut scrambled) = (0, 0);
         for k in 0..200 {
             let points_m = two_pass.points_m(&pose(&config, k));
-            let Some(crop) = two_pass.draw_beside(&points_m, 3, k) else { continue };
-            count += 1;
-            assert_eq!(two_pass.draw_beside(&points_m, 3, k), Some(crop));
+            let TrainingView { crop, is_scrambled } = two_pass.draw_view(&points_m, 3, k);
+            assert_eq!(two_pass.draw_view(&points_m, 3, k), TrainingView { crop, is_scrambled });
+            scrambled += usize::from(is_scrambled);
+            if is_scrambled || crop == two_pass.draw_about(&points_m, 3, k) {
+                continue;
+            }
+            beside += 1;
             for point_m in points_m {
                 let at_m = crop.turn() * point_m;
                 let longer = Vec3::new(crop.zoom() * at_m.x, crop.zoom() * at_m.y, at_m.z);
@@ -298,7 +318,8 @@ mod tests {
                 assert!(!is_inside, "sample {k}: {at_px}");
             }
         }
-        assert!((30..70).contains(&count), "{count} of 200");
+        assert!((15..45).contains(&beside), "{beside} of 200");
+        assert!((10..40).contains(&scrambled), "{scrambled} of 200");
     }
 
     #[test]
@@ -330,16 +351,16 @@ mod tests {
             let mut image = vec![0.0; 2 * size.pixels()];
             two_pass.fill(crop, &values, &mut image);
             let pose = network_alone.predict(&image, sides(size)).unwrap()[0];
-            crop.view_from_crop(two_pass.camera(), &pose)
+            crop.view_from_crop(two_pass.camera(), &pose.params)
         };
         let first = at(&PerspectiveCrop::WHOLE);
-        let second = at(&two_pass.about(&first));
+        let second = at(&two_pass.about(&first.into()));
 
         let mut twice = NetworkPredictor::new(&config, network, device).unwrap();
         // Two windows take the way of batches, and one alone that of single windows.
         let both = [values.clone(), values.clone()].concat();
         let poses = twice.predict(&both, sides(view)).unwrap();
-        assert_eq!(poses, [second, second]);
+        assert!(poses.iter().all(|pose| pose.params == second) && poses.len() == 2);
         assert_ne!(first, second);
     }
 }

@@ -3,7 +3,7 @@
 use evpose_body::{HandSkeleton, PosedBody, ShapedBody};
 use evpose_core::SensorSize;
 use evpose_pose::metric::HandPoints;
-use evpose_pose::{HandParams, HandSide, PoseEstimate};
+use evpose_pose::{HandParams, HandPose, HandSide, PoseEstimate};
 use evpose_sim::Actor;
 use evpose_sim::raster::Camera;
 use glam::{Vec2, Vec3};
@@ -149,17 +149,35 @@ impl HandView {
         self.camera_points(world_m).map(|at| Vec3::new(right * at.x, -at.y, -at.z))
     }
 
-    /// A pose of the neutral hand of `side` with its points.
-    pub fn estimate(&self, side: HandSide, params: HandParams) -> PoseEstimate {
-        let points = Box::new(self.points(side, &params, &[]));
+    /// A pose with its points: its joints, or those of the neutral hand of `side`.
+    pub fn estimate(&self, side: HandSide, pose: &HandPose) -> PoseEstimate {
+        let points = Box::new(self.points_seen(side, pose));
         let camera_m = Box::new(self.opencv_points(&points.world_m));
-        PoseEstimate::Hand { params, points, camera_m }
+        PoseEstimate::Hand { params: pose.params, points, camera_m, score: pose.presence() }
+    }
+
+    /// The evaluated points of a pose: its joints, or those of the neutral hand of `side`.
+    pub fn points_seen(&self, side: HandSide, pose: &HandPose) -> HandPoints {
+        match &pose.joints {
+            Some(joints) => self.imaged(self.world_points(&joints.camera_m)),
+            None => self.points_of(side, &pose.params, &self.neutral),
+        }
+    }
+
+    /// Points in the frame of the canonical camera in the world: the inverse of [`Self::camera_points`].
+    pub fn world_points<const N: usize>(&self, camera_m: &[Vec3; N]) -> [Vec3; N] {
+        let world_from_camera = self.camera.camera_from_world().inverse();
+        camera_m.map(|point_m| world_from_camera.transform_point3(point_m))
     }
 
     /// The evaluated points of a hand of a shape that was made before.
     pub fn points_of(&self, side: HandSide, pose: &HandParams, shaped: &ShapedBody) -> HandPoints {
         let mut posed = PosedBody::default();
-        let world_m = self.actor.points_of(side, pose, shaped, &mut posed);
+        self.imaged(self.actor.points_of(side, pose, shaped, &mut posed))
+    }
+
+    /// Points of the world with where they are in the image.
+    pub fn imaged(&self, world_m: [Vec3; 21]) -> HandPoints {
         let image_px = world_m.map(|p| {
             // The mirror is one of the view, so that it comes before the map to the sensor.
             let view_px = self.unmirrored(self.camera.image_from_world(p)?);

@@ -14,7 +14,7 @@ use evpose_sim::raster::Camera;
 
 use crate::TrainError;
 use crate::hand::camera_turn::CameraTurn;
-use crate::hand::joints::{JointLabel, JointLabeller};
+use crate::hand::joints::{JointLabel, JointLabeller, scramble};
 use crate::hand::sequence_events::keep_confirmed;
 use crate::order::SampleOrder;
 use evpose_camera::Calibration;
@@ -250,22 +250,26 @@ impl HandDataset {
             let joints = self.joints(sequence, frame, pose, &PerspectiveCrop::WHOLE)?;
             return Ok(Sample { input, pose: pose.to_array(), joints });
         };
-        let labeller = self.labeller.as_deref();
-        let points_m = labeller.map(|labeller| labeller.points_m(sequence, frame, pose));
-        let points_m = points_m.transpose()?;
-        let crop = match (sequence.hand(), &points_m) {
-            (HandSide::Left, _) => PerspectiveCrop::WHOLE,
-            (HandSide::Right, None) => two_pass.draw(pose, seed, number),
-            (HandSide::Right, Some(points_m)) => two_pass
-                .draw_beside(points_m, seed, number)
-                .unwrap_or_else(|| two_pass.draw_about(points_m, seed, number)),
-        };
         let mut seen = vec![0.0; CHANNELS * two_pass.size().pixels()];
-        two_pass.fill(&crop, &input, &mut seen);
-        let pose = crop.crop_from_view(two_pass.camera(), pose).to_array();
-        let joints = labeller.zip(points_m);
-        let joints = joints.map(|(labeller, points_m)| Box::new(labeller.label(&points_m, &crop)));
-        Ok(Sample { input: seen, pose, joints })
+        let Some(labeller) = &self.labeller else {
+            let crop = match sequence.hand() {
+                HandSide::Left => PerspectiveCrop::WHOLE,
+                HandSide::Right => two_pass.draw(pose, seed, number),
+            };
+            two_pass.fill(&crop, &input, &mut seen);
+            let pose = crop.crop_from_view(two_pass.camera(), pose).to_array();
+            return Ok(Sample { input: seen, pose, joints: None });
+        };
+        let points_m = labeller.points_m(sequence, frame, pose)?;
+        let view = two_pass.draw_view(&points_m, seed, number);
+        two_pass.fill(&view.crop, &input, &mut seen);
+        let mut label = labeller.label(&points_m, &view.crop).as_seen(&seen);
+        if view.is_scrambled {
+            scramble(&mut seen, two_pass.size(), seed, number);
+            label = label.without_hand();
+        }
+        let pose = view.crop.crop_from_view(two_pass.camera(), pose).to_array();
+        Ok(Sample { input: seen, pose, joints: Some(Box::new(label)) })
     }
 
     /// The input of sample `index`, not augmented.

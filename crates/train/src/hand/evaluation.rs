@@ -1,7 +1,7 @@
 //! Evaluation of predictors of hands on sequences with ground truth.
 
 use evpose_core::Micros;
-use evpose_pose::HandParams;
+use evpose_pose::HandPose;
 use evpose_pose::metric::{HandEvaluation, HandPoints, SequenceScores};
 use evpose_pose::stream::InferenceSchedule;
 
@@ -17,17 +17,17 @@ pub struct HandPoseTrack {
     /// Frames, 1 ms each, ascending.
     pub frames: Vec<u64>,
     /// Pose at the end of each frame.
-    pub poses: Vec<HandParams>,
+    pub poses: Vec<HandPose>,
 }
 
 impl HandPoseTrack {
     /// The pose at the end of a frame, if there is one.
-    pub fn at(&self, frame: u64) -> Option<HandParams> {
+    pub fn at(&self, frame: u64) -> Option<HandPose> {
         self.frames.binary_search(&frame).ok().map(|index| self.poses[index])
     }
 
     /// Appends a pose.
-    pub(crate) fn push(&mut self, frame: u64, pose: HandParams) {
+    pub(crate) fn push(&mut self, frame: u64, pose: HandPose) {
         self.frames.push(frame);
         self.poses.push(pose);
     }
@@ -58,7 +58,8 @@ pub struct MethodResults {
 /// every `stride_ms`. `progress` receives the number of poses from time to time, in all about
 /// [`evaluated_pose_count`].
 ///
-/// The true hand has the shape it was recorded with, predicted hands the neutral one, as published.
+/// The true hand has the shape it was recorded with; predicted hands of regressors have the neutral one, as
+/// published, and those of networks of joints are their joints.
 ///
 /// # Errors
 /// If a sequence cannot be read or a prediction fails.
@@ -153,7 +154,7 @@ pub(crate) fn frame_before(t: Micros) -> u64 {
     u64::try_from(t.0.div_euclid(1_000) - 1).unwrap_or_default()
 }
 
-/// The true points at `frames`, with the shapes the sequence was recorded with.
+/// The true points at `frames`: as recorded, or with the shapes the sequence was recorded with.
 fn true_points(
     view: &HandView,
     sequence: &HandSequence,
@@ -169,7 +170,7 @@ fn true_points(
             episode = Some(now);
             shaped = view.shaped(sequence.betas(now));
         }
-        points.push(view.points_of(sequence.hand(), &sequence.pose(frame)?, &shaped));
+        points.push(sequence.points(view, frame, &shaped)?);
     }
     Ok(points)
 }
@@ -192,8 +193,8 @@ fn score(
     let mut scores = SequenceScores::default();
     let mut predicted = Vec::with_capacity(track.poses.len());
     for ((&frame, pose), truth) in track.frames.iter().zip(&track.poses).zip(truth) {
-        scores.push_parameters(pose, &sequence.pose(frame)?);
-        let points = view.points_of(sequence.hand(), pose, view.neutral());
+        scores.push_parameters(&pose.params, &sequence.pose(frame)?);
+        let points = view.points_seen(sequence.hand(), pose);
         scores.push_points(&points, truth);
         predicted.push(points);
     }

@@ -26,7 +26,6 @@ use evpose_task::hand::HandView;
 use rayon::prelude::*;
 
 use crate::TrainError;
-use crate::hand::evaluation::HandPoseTrack;
 
 const CUTOFFS: u32 = 17;
 const LOWEST_HZ: f64 = 1.5;
@@ -36,7 +35,8 @@ const SLOW_SHARE: f64 = 0.95;
 /// Measured and true poses of a sequence, one each millisecond.
 #[derive(Debug, Clone)]
 pub(crate) struct MeasuredTrack {
-    pub(crate) measured: HandPoseTrack,
+    pub(crate) frames: Vec<u64>,
+    pub(crate) measured: Vec<HandParams>,
     pub(crate) truth: Vec<HandParams>,
 }
 
@@ -65,27 +65,32 @@ pub(crate) fn estimate_filters(
         .map(|track| track.truth.iter().map(|pose| view.points(side, pose, &[])).collect())
         .collect();
     // Errors of all frames, of slow and of fast ones.
-    let errors = |poses: &(dyn Fn(&HandPoseTrack) -> Result<HandPoseTrack, TrainError> + Sync)| {
-        let of_track =
-            |((track, points), speeds): ((&MeasuredTrack, &Vec<HandPoints>), &Vec<f64>)| {
-                let mut sums = [Errors::default(); 3];
-                for (k, pose) in poses(&track.measured)?.poses.iter().enumerate() {
-                    let error = Errors::of(view, side, pose, &track.truth[k], &points[k]);
-                    sums[0].add(&error);
-                    sums[if speeds[k] <= median { 1 } else { 2 }].add(&error);
-                }
-                Ok::<_, TrainError>(sums)
-            };
-        let sums: Vec<[Errors; 3]> =
-            tracks.par_iter().zip(&truth).zip(&speeds).map(of_track).collect::<Result<_, _>>()?;
-        let mut all = [Errors::default(); 3];
-        for sums in &sums {
-            all.iter_mut().zip(sums).for_each(|(all, sums)| all.add(sums));
-        }
-        Ok::<_, TrainError>(all)
-    };
+    let errors =
+        |poses: &(dyn Fn(&MeasuredTrack) -> Result<Vec<HandParams>, TrainError> + Sync)| {
+            let of_track =
+                |((track, points), speeds): ((&MeasuredTrack, &Vec<HandPoints>), &Vec<f64>)| {
+                    let mut sums = [Errors::default(); 3];
+                    for (k, pose) in poses(track)?.iter().enumerate() {
+                        let error = Errors::of(view, side, pose, &track.truth[k], &points[k]);
+                        sums[0].add(&error);
+                        sums[if speeds[k] <= median { 1 } else { 2 }].add(&error);
+                    }
+                    Ok::<_, TrainError>(sums)
+                };
+            let sums: Vec<[Errors; 3]> = tracks
+                .par_iter()
+                .zip(&truth)
+                .zip(&speeds)
+                .map(of_track)
+                .collect::<Result<_, _>>()?;
+            let mut all = [Errors::default(); 3];
+            for sums in &sums {
+                all.iter_mut().zip(sums).for_each(|(all, sums)| all.add(sums));
+            }
+            Ok::<_, TrainError>(all)
+        };
     // What filters must improve on.
-    let unfiltered = errors(&|track| Ok(track.clone()))?;
+    let unfiltered = errors(&|track| Ok(track.measured.clone()))?;
     let mut best = [(f64::INFINITY, HIGHEST_HZ); 3];
     for k in 0..CUTOFFS {
         // The lag goes with the inverse of the cut-off, so the steps are geometric.
@@ -117,11 +122,13 @@ fn with_noise(noise: HandNoise) -> HandFilterConfig {
     HandFilterConfig { kalman, unwrap_rotation: true }
 }
 
-fn filtered(config: &HandFilterConfig, track: &HandPoseTrack) -> Result<HandPoseTrack, TrainError> {
+fn filtered(
+    config: &HandFilterConfig,
+    track: &MeasuredTrack,
+) -> Result<Vec<HandParams>, TrainError> {
     let mut filter = HandFilter::new(config)?;
     let update = |(&frame, pose): (&u64, &HandParams)| filter.update(at(frame), pose);
-    let poses = track.frames.iter().zip(&track.poses).map(update).collect();
-    Ok(HandPoseTrack { frames: track.frames.clone(), poses })
+    Ok(track.frames.iter().zip(&track.measured).map(update).collect())
 }
 
 fn at(frame: u64) -> Micros {
@@ -138,8 +145,7 @@ fn innovation_limit(
     let mut innovations = Vec::new();
     for (track, speeds) in tracks.iter().zip(speeds) {
         let mut filter = HandFilter::new(detector)?;
-        let measured = &track.measured;
-        for ((&frame, pose), speed) in measured.frames.iter().zip(&measured.poses).zip(speeds) {
+        for ((&frame, pose), speed) in track.frames.iter().zip(&track.measured).zip(speeds) {
             filter.update(at(frame), pose);
             // The slower half shows what noise alone does; larger innovations mean motion.
             if *speed <= median {
@@ -200,7 +206,7 @@ impl Parts {
     fn mean_square_residuals(tracks: &[MeasuredTrack]) -> Option<Self> {
         let (mut sum, mut count) = (Self::default(), 0u32);
         for track in tracks {
-            for (pose, truth) in track.measured.poses.iter().zip(&track.truth) {
+            for (pose, truth) in track.measured.iter().zip(&track.truth) {
                 sum.add(&Self::squares(pose, truth));
                 count += 1;
             }
@@ -278,7 +284,7 @@ mod tests {
             translation_m: truth.translation_m + 0.01 * noise * Vec3::splat(rng.normal()),
             rotation: truth.rotation + noise * Vec3::Z * rng.normal(),
         });
-        MeasuredTrack { measured: HandPoseTrack { poses: poses.collect(), frames }, truth }
+        MeasuredTrack { measured: poses.collect(), frames, truth }
     }
 
     fn estimate(tracks: &[MeasuredTrack]) -> Option<FilterEstimate> {
@@ -300,8 +306,8 @@ mod tests {
             }
             sums
         };
-        let raw = errors(&held_out.measured.poses);
-        let ours = errors(&filtered(&plain, &held_out.measured).unwrap().poses);
+        let raw = errors(&held_out.measured);
+        let ours = errors(&filtered(&plain, &held_out).unwrap());
         for (part, (ours, raw)) in ours.iter().zip(raw).enumerate() {
             assert!(*ours < 0.5 * raw, "part {part}: {ours} of {raw}");
         }

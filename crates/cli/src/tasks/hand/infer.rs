@@ -11,7 +11,7 @@ use evpose_io::poses::{
     POSE_FORMATS, PoseColumns, PoseKind, TimedPose, pose_format_of, write_poses_from,
 };
 use evpose_pose::stream::InferenceSchedule;
-use evpose_pose::{HandParams, JointFrame, PoseOrigin};
+use evpose_pose::{HandPose, JointFrame, PoseOrigin};
 use evpose_task::hand::{HandConfig, calibration_for, hand_recording};
 
 use super::HandNetwork;
@@ -45,24 +45,24 @@ pub(super) fn run(model: &HandNetwork, args: &InferArgs, own: &HandInferArgs) ->
         bail!("{}: no events: there is nothing to infer from", path.display());
     };
     note_if_short(config, path, end - start);
-    // Parameters alone: joints of a long recording would not fit the memory.
+    // What was inferred alone: points of the model of a long recording would not fit the memory.
     let mut rows: Vec<Row> = Vec::new();
     let mut repeated = 0_usize;
     let counts = infer_all(&mut recording, path, [start, end], |_, inferred| {
         repeated += inferred.poses.iter().filter(|(_, estimate)| estimate.is_repeated).count();
-        rows.extend(inferred.skipped.into_iter().map(|t| Row { t, params: None, delay_s: 0.0 }));
+        rows.extend(inferred.skipped.into_iter().map(|t| Row { t, pose: None, delay_s: 0.0 }));
         let delay_s = inferred.delay_s;
         rows.extend(inferred.poses.into_iter().map(|(t, estimate)| {
             let of = if own.own.unfiltered { estimate.measured } else { estimate.filtered };
-            Row { t, params: Some(of), delay_s }
+            Row { t, pose: Some(of), delay_s }
         }));
     })?;
     let frontend = &recording.stream().frontend;
-    let timed = |row: &Row| match row.params {
+    let timed = |row: &Row| match row.pose {
         None => TimedPose::nobody(PoseKind::Hand, row.t),
-        Some(params) => TimedPose {
+        Some(pose) => TimedPose {
             latency_ms: args.latency_ms(row.delay_s),
-            ..TimedPose::new(row.t, &frontend.pose(params)).with_origin(PoseOrigin::Network)
+            ..TimedPose::new(row.t, &frontend.pose(pose)).with_origin(PoseOrigin::Network)
         },
     };
     let frame = Some(JointFrame::Camera);
@@ -83,10 +83,10 @@ pub(super) fn run(model: &HandNetwork, args: &InferArgs, own: &HandInferArgs) ->
     Ok(())
 }
 
-/// A time with the parameters of a hand; none without one.
+/// A time with a hand; none without one.
 struct Row {
     t: Micros,
-    params: Option<HandParams>,
+    pose: Option<HandPose>,
     delay_s: f64,
 }
 

@@ -10,7 +10,7 @@ use evpose_infer::onnx::Interface;
 use evpose_io::{OpenOptions, Windows};
 use evpose_nn::{HandHead, JointNet, RotationOutput};
 use evpose_pose::stream::InferenceSchedule;
-use evpose_pose::{EVALUATION_JOINTS, HandParams, PARAMETER_NAMES};
+use evpose_pose::{EVALUATION_JOINTS, HandPose, PARAMETER_NAMES};
 use evpose_repr::{ChannelOrder, representation_by_name};
 use evpose_task::TaskError;
 use evpose_task::hand::{NetworkPredictor, Predictor, calibration_for, hand_recording};
@@ -29,10 +29,10 @@ impl Predictor for InputTap {
         &mut self,
         inputs: &[f32],
         (height, width): (usize, usize),
-    ) -> Result<Vec<HandParams>, TaskError> {
+    ) -> Result<Vec<HandPose>, TaskError> {
         // The receiver lives as long as the recording.
         let _ = self.inputs.send(self.network.first_inputs(inputs));
-        Ok(vec![HandParams::default(); inputs.len() / (2 * height * width)])
+        Ok(vec![HandPose::default(); inputs.len() / (2 * height * width)])
     }
 }
 

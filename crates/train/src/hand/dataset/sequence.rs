@@ -3,17 +3,19 @@
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use evpose_body::ShapedBody;
 use evpose_camera::{Calibration, CanonicalView, ViewAdaptor};
 use evpose_core::{EventStream, SensorSize};
 use evpose_io::{JointsReader, MetaReader, OpenOptions, Windows};
-use evpose_nn::HandHead;
+use evpose_pose::metric::HandPoints;
 use evpose_pose::stream::InferenceSchedule;
 use evpose_pose::{HandParams, HandSide};
 use evpose_sim::SequenceInfo;
 use evpose_task::RecordingStream;
 use evpose_task::hand::{
-    HandConfig, HandFrontend, HandWorker, Predictor, calibration_for, hand_recording,
+    HandConfig, HandFrontend, HandView, HandWorker, Predictor, calibration_for, hand_recording,
 };
+use glam::Vec3;
 
 use super::files::SequenceFiles;
 use crate::TrainError;
@@ -75,7 +77,7 @@ pub struct HandSequence {
     calibration: Calibration,
     pub(super) events: SequenceEvents,
     pub(super) labels: MetaReader,
-    /// The points of the hand, where they were recorded and the network is one of joints.
+    /// The points of the hand, where they were recorded: labels say the nearest of the twelve parameters.
     pub(crate) joints: Option<JointsReader>,
     pub(super) info: SequenceInfo,
     pub(super) frames: u64,
@@ -103,8 +105,7 @@ impl HandSequence {
         let events = RecordedEvents::open(&files.events, known)?;
         let sensor = events.sensor();
         let joints = JointsReader::path_of(&files.stem);
-        let is_of_joints = config.network.head == HandHead::Joints && joints.exists();
-        let joints = is_of_joints.then(|| JointsReader::open(&joints)).transpose()?;
+        let joints = joints.exists().then(|| JointsReader::open(&joints)).transpose()?;
         // The shortest of all: one of them may be cut.
         let labelled = joints.as_ref().map_or(u64::MAX, JointsReader::frames).min(labels.records());
         let frames = events.frames().unwrap_or(u64::MAX).min(labelled);
@@ -166,6 +167,23 @@ impl HandSequence {
     /// If the label cannot be read.
     pub fn pose(&self, frame: u64) -> Result<HandParams, TrainError> {
         Ok(self.labels.read_hand(frame)?)
+    }
+
+    /// The evaluated points at the end of a frame: as recorded, or those of the label's pose of a hand that is `shaped`.
+    ///
+    /// # Errors
+    /// If they cannot be read.
+    pub fn points(
+        &self,
+        view: &HandView,
+        frame: u64,
+        shaped: &ShapedBody,
+    ) -> Result<HandPoints, TrainError> {
+        if let Some(joints) = &self.joints {
+            let camera_m = joints.read(frame)?.map(Vec3::from_array);
+            return Ok(view.imaged(view.world_points(&camera_m)));
+        }
+        Ok(view.points_of(self.hand(), &self.pose(frame)?, shaped))
     }
 
     /// The events of `frames`, those of frame `k` at `k` milliseconds.

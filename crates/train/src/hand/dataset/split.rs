@@ -9,7 +9,7 @@ use evpose_task::hand::{HandConfig, Predictor};
 
 use super::{HandDataset, HandSequence};
 use crate::TrainError;
-use crate::hand::evaluation::{HandPoseTrack, frame_before};
+use crate::hand::evaluation::frame_before;
 use crate::hand::filter_noise::MeasuredTrack;
 
 /// Frames of a sequence that filters are estimated from, at most.
@@ -75,13 +75,14 @@ impl HandDataset {
             if part.is_empty() {
                 continue;
             }
-            let mut measured = HandPoseTrack::default();
+            let (mut frames, mut measured) = (Vec::new(), Vec::new());
             for inferred in sequence.stream(config, &mut *predictor, every_ms)? {
                 let inferred = inferred?;
                 for (t, estimate) in inferred.poses {
                     let frame = frame_before(t);
                     if part.contains(&frame) {
-                        measured.push(frame, estimate.measured);
+                        frames.push(frame);
+                        measured.push(estimate.measured.params);
                     }
                 }
                 // Nothing after the part is needed, and inference is what takes the time here.
@@ -89,12 +90,12 @@ impl HandDataset {
                     break;
                 }
             }
-            if measured.frames.is_empty() {
+            if frames.is_empty() {
                 continue;
             }
-            let truth = measured.frames.iter().map(|&frame| sequence.pose(frame));
+            let truth = frames.iter().map(|&frame| sequence.pose(frame));
             let truth = truth.collect::<Result<_, TrainError>>()?;
-            tracks.push(MeasuredTrack { measured, truth });
+            tracks.push(MeasuredTrack { frames, measured, truth });
         }
         Ok(tracks)
     }

@@ -3,7 +3,7 @@
 use evpose_core::Micros;
 use evpose_pose::metric::{HandEvaluation, HandPoints, SequenceScores};
 use evpose_pose::stream::{InferenceSchedule, InferenceWorker, PoseStream, StreamFrontend};
-use evpose_pose::{HandParams, PoseEstimate};
+use evpose_pose::{HandParams, HandPose, PoseEstimate};
 use evpose_task::hand::{
     HandConfig, HandFrontend, HandWorker, Predictor, canonical_view, hand_recording,
 };
@@ -40,6 +40,7 @@ pub fn evaluate_foreign_hands(
     progress: &mut dyn FnMut(u64),
 ) -> Result<ForeignHandResults, TrainError> {
     let mut results = ForeignHandResults::default();
+    let mean_pose = HandPose::from(*mean_pose);
     for recording in recordings {
         let mut stream = stream(config, recording, &mut *predictor)?;
         let mut poses = Vec::new();
@@ -58,10 +59,10 @@ pub fn evaluate_foreign_hands(
             else {
                 continue;
             };
-            for (scores, params) in
-                scores.iter_mut().zip([&pose.measured, &pose.filtered, mean_pose])
+            for (scores, pose) in
+                scores.iter_mut().zip([&pose.measured, &pose.filtered, &mean_pose])
             {
-                score(&frontend.pose(*params), label, scores);
+                score(&frontend.pose(*pose), label, scores);
             }
         }
         let [network, filtered, constant] = scores;

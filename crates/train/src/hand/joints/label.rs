@@ -16,6 +16,8 @@ const JOINTS: usize = EVALUATION_JOINTS.len();
 const MIDDLE_KNUCKLE: usize = 9;
 /// Joints inside of the image with which there is a hand for certain: a third.
 const MIN_INSIDE: usize = JOINTS / 3;
+/// Active pixels of both channels below which an image shows nothing: a fingertip that moves makes more.
+const MIN_ACTIVE: usize = 24;
 /// Shortest palm, in metres: keeps depths finite whatever a file says.
 const MIN_PALM_M: f32 = 1e-3;
 
@@ -49,6 +51,20 @@ impl JointLabel {
             inside,
             presence,
         }
+    }
+
+    /// The label where the image is `seen`: of a hand at rest nobody can say that it is there.
+    #[must_use]
+    pub(crate) fn as_seen(self, seen: &[f32]) -> Self {
+        let is_seen = seen.iter().filter(|value| **value > 0.0).count() >= MIN_ACTIVE;
+        let presence = self.presence.filter(|is_present| is_seen || !is_present);
+        Self { presence, ..self }
+    }
+
+    /// The label of an image from which the hand was taken.
+    #[must_use]
+    pub(crate) fn without_hand(self) -> Self {
+        Self { inside: [false; JOINTS], presence: Some(false), ..self }
     }
 }
 

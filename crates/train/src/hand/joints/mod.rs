@@ -7,10 +7,12 @@
 mod batches;
 mod label;
 mod loss;
+mod no_hand;
 mod training;
 
 pub(crate) use batches::JointBatches;
 pub use label::JointLabel;
 pub(crate) use label::JointLabeller;
 pub use loss::{JOINT_VALUES, JointBatch};
+pub(crate) use no_hand::scramble;
 pub(crate) use training::JointTask;

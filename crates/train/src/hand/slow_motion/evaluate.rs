@@ -136,7 +136,7 @@ fn track(
 mod tests {
     use evpose_sim::{Simulation, record_all};
 
-    use evpose_pose::HandParams;
+    use evpose_pose::HandPose;
 
     use super::*;
     use crate::hand::small_config;
@@ -191,8 +191,8 @@ mod tests {
         let pose = |t_us, known_us| HandEstimate {
             t: Micros(t_us),
             known: Micros(known_us),
-            measured: HandParams::default(),
-            filtered: HandParams::default(),
+            measured: HandPose::default(),
+            filtered: HandPose::default(),
             is_repeated: false,
             is_fast: false,
         };

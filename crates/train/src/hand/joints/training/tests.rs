@@ -56,7 +56,7 @@ fn a_network_of_joints_trains_goes_on_and_is_evaluated() {
     let results = evaluate(&config, &set, &mut methods, 50, &mut |_| {}).unwrap();
     let poses = &results[0].tracks[0].poses;
     assert_eq!(results[0].tracks[0].frames, [200, 250, 300, 350]);
-    assert!(poses.iter().all(|pose| pose.to_array().iter().all(|value| value.is_finite())));
+    assert!(poses.iter().all(|pose| pose.params.to_array().iter().all(|value| value.is_finite())));
 
     let mut from = config;
     from.start_from = Some(run);
