@@ -61,7 +61,6 @@ pub mod framed;
 pub mod frames;
 #[cfg(test)]
 mod golden;
-mod hand_joints;
 mod hdf5;
 mod joints;
 pub mod meta;
@@ -89,8 +88,7 @@ pub use columns::Columns;
 pub use error::IoError;
 pub use evc::{EvcEvent, EvcReader, EvcWindow, EvcWriter};
 pub use frames::{Encoding, FrameFault, FrameSource};
-pub use hand_joints::{HAND_JOINTS_ENDING, HandJointsWriter};
-pub use joints::JointsReader;
+pub use joints::{HAND_JOINTS_ENDING, HandJointsWriter, JointsReader};
 pub use meta::{MetaReader, MetaWriter};
 pub use open::{
     Create, FORMATS, Format, Info, Labels, Open, OutsideCount, Recording, SensorOrigin, Windows,

@@ -9,6 +9,7 @@ use evpose_task::hand::{ConstantPose, HandConfig, NetworkPredictor};
 use evpose_train::{HandDataset, Method, MethodResults, evaluate, evaluated_pose_count, untrained};
 use serde::Serialize;
 
+use super::fingers;
 use crate::machine::Machine;
 use crate::progress::{bar, say};
 use crate::run_info::COMMIT;
@@ -126,12 +127,13 @@ pub fn find<'a>(methods: &'a [MethodResults], name: &str) -> Result<&'a MethodRe
 /// Columns of the table: heading, digits, and which number.
 type Column = (&'static str, usize, fn(&HandSummary) -> Option<Interval>);
 
-const COLUMNS: [Column; 6] = [
+const COLUMNS: [Column; 7] = [
     ("translation mm", 1, |s| s.translation_mm),
     ("rotation deg", 1, |s| s.rotation_deg),
     ("articulation", 3, |s| s.articulation),
     ("AUC 3D", 3, |s| s.auc_3d),
     ("AUC 2D", 3, |s| s.auc_2d),
+    ("fingers", 3, |s| s.fingers.as_ref().map(|fingers| fingers.states)),
     ("jitter m/s2", 0, |s| s.acceleration_m_s2),
 ];
 
@@ -167,8 +169,9 @@ pub fn rows(config: &HandConfig, evaluation: &HeldOutEvaluation) -> Vec<Vec<(Str
         ("trained / mean_pose", &evaluation.metrics.trained_over_mean_pose),
         ("trained_kalman / mean_pose", &evaluation.metrics.trained_kalman_over_mean_pose),
     ] {
-        // Ratios are of errors of parameters, which AUC and jitter are not.
-        let cells = [ratios.translation, ratios.rotation, ratios.articulation, None, None, None];
+        // Ratios are of errors of parameters, which the others are not.
+        let cells =
+            [ratios.translation, ratios.rotation, ratios.articulation, None, None, None, None];
         rows.push(
             std::iter::once(name(label)).chain(cells.map(|interval| cell(interval, 3))).collect(),
         );
@@ -191,4 +194,10 @@ pub fn print(config: &HandConfig, evaluation: &HeldOutEvaluation) {
             row.iter().map(|(n, i)| format!("{n} {i}").trim_end().to_owned()).collect();
         line(&joined);
     }
+    let summaries: Vec<(&str, HandSummary)> = evaluation
+        .methods
+        .iter()
+        .map(|method| (method.name, method.evaluation.summary(&config.evaluation.bootstrap)))
+        .collect();
+    fingers::print(summaries.iter().map(|(name, summary)| (*name, summary)), "trained");
 }

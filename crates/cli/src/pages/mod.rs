@@ -7,6 +7,7 @@
 
 pub mod camera_views;
 mod findings;
+pub mod fingers;
 pub mod gallery;
 pub mod gap;
 pub mod hand;

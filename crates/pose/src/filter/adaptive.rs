@@ -93,11 +93,6 @@ impl AdaptiveHandFilter {
         self.main.update(t, measured)
     }
 
-    /// The pose extrapolated to `t` at constant velocity; none before the first measurement.
-    pub fn at(&self, t: Micros) -> Option<HandParams> {
-        self.main.at(t)
-    }
-
     /// Whether the last measurement was taken with the fast settings.
     pub fn is_fast(&self) -> bool {
         self.is_fast

@@ -84,18 +84,6 @@ impl HandFilter {
         estimate
     }
 
-    /// The pose extrapolated to `t` at constant velocity; none before the first measurement.
-    pub fn at(&self, t: Micros) -> Option<HandParams> {
-        let mut out = [f32::NAN; PARAMETERS];
-        self.kalman.at(t, &mut out);
-        let mut ahead = HandParams::from_array(out);
-        if self.unwrap_rotation {
-            ahead.rotation = canonical_axis_angle(ahead.rotation);
-        }
-        // Before the first measurement the filter writes nothing, and NaN remains.
-        out[0].is_finite().then_some(ahead)
-    }
-
     /// Forgets every measurement.
     pub fn reset(&mut self) {
         self.kalman.reset();

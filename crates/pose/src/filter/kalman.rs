@@ -186,25 +186,6 @@ impl ConstantVelocityKalman {
         self.tracks.iter().map(|track| track.velocity)
     }
 
-    /// The values extrapolated to `t` at constant velocity; `out` is left as it is before the first
-    /// measurement. A time before the last measurement is taken for its time.
-    ///
-    /// # Panics
-    /// If `out` has another length than the filter.
-    pub fn at(&self, t: Micros, out: &mut [f32]) {
-        assert_eq!(out.len(), self.tracks.len(), "the filter was made for another length");
-        let Some(last) = self.last else { return };
-        let ahead_s = (t - last).as_seconds().max(0.0);
-        let step = match self.config.time_step {
-            TimeStep::Elapsed => ahead_s,
-            // The published velocity is one per frame of 1 ms.
-            TimeStep::PublishedFrame => ahead_s / PUBLISHED_STEP_S,
-        };
-        for (out, track) in out.iter_mut().zip(&self.tracks) {
-            *out = (track.position + step * track.velocity) as f32;
-        }
-    }
-
     /// How far the last measurement was from its prediction, in the value where it was furthest;
     /// 0 where there was nothing to predict from, and for a missing measurement.
     pub fn largest_innovation(&self) -> f64 {

@@ -4,8 +4,14 @@ use evpose_core::stats::bootstrap::{BootstrapConfig, Totals, mean_interval, rati
 use evpose_core::stats::interval::Interval;
 use serde::{Deserialize, Serialize};
 
-use super::{HandError, HandPoints, Pck, palm_errors_percent, root_aligned_errors_mm};
+use super::{
+    FingerScores, GestureConfusion, HandError, HandPoints, Pck, palm_errors_percent,
+    root_aligned_errors_mm,
+};
 use crate::{HandParams, PoseError};
+
+/// Pairs of gestures that a summary lists.
+const GESTURE_LINES: usize = 60;
 
 /// Scores of a method on one sequence.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -24,6 +30,8 @@ pub struct SequenceScores {
     pub pck_2d: Pck,
     /// Errors of the acceleration of 21 points, in metres per second squared: the jitter.
     pub acceleration_m_s2: Totals,
+    /// States of the fingers.
+    pub fingers: FingerScores,
 }
 
 impl SequenceScores {
@@ -41,6 +49,7 @@ impl SequenceScores {
             self.points_mm.push(error_mm);
             self.pck_3d.push(error_mm);
         }
+        self.fingers.push(&predicted.world_m, &truth.world_m);
         self.push_image_points(predicted, truth);
     }
 
@@ -97,7 +106,24 @@ impl HandEvaluation {
             auc_3d: mean(|s| s.pck_3d.area()),
             auc_2d: mean(|s| s.pck_2d.area()),
             acceleration_m_s2: mean(|s| s.acceleration_m_s2),
+            fingers: self.fingers(config),
         }
+    }
+
+    fn fingers(&self, config: &BootstrapConfig) -> Option<FingerSummary> {
+        let mean = |totals: &dyn Fn(&FingerScores) -> Totals| {
+            let each: Vec<Totals> = self.sequences.iter().map(|s| totals(&s.fingers)).collect();
+            mean_interval(&each, config)
+        };
+        let mut all = FingerScores::default();
+        self.sequences.iter().for_each(|s| all.merge(&s.fingers));
+        Some(FingerSummary {
+            states: mean(&|fingers| fingers.states())?,
+            each: [0, 1, 2, 3, 4].map(|digit| all.right[digit].mean().unwrap_or_default()),
+            gesture: mean(&|fingers| fingers.all_right)?,
+            majority: all.majority()?,
+            gestures: all.gestures().into_iter().take(GESTURE_LINES).collect(),
+        })
     }
 
     /// Mean errors over those of a baseline on the same sequences: below 1 is better than it.
@@ -160,6 +186,24 @@ pub struct HandSummary {
     /// Error of the acceleration of 21 points, in metres per second squared: the jitter.
     #[serde(default)]
     pub acceleration_m_s2: Option<Interval>,
+    /// States of the fingers.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fingers: Option<FingerSummary>,
+}
+
+/// Shares of hands whose fingers are extended, bent or between as they truly are.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FingerSummary {
+    /// Of all fingers.
+    pub states: Interval,
+    /// Of each, in the order of [`DIGITS`](super::DIGITS).
+    pub each: [f64; 5],
+    /// Of hands with all five right.
+    pub gesture: Interval,
+    /// What a hand reaches that is always in the most frequent states.
+    pub majority: f64,
+    /// What gestures are taken for, the most frequent pairs.
+    pub gestures: Vec<GestureConfusion>,
 }
 
 /// Mean errors of one method over those of another, paired by sequence.
@@ -204,6 +248,7 @@ mod tests {
             pck_3d: pck(10.0),
             pck_2d: pck(40.0),
             acceleration_m_s2: value(10.0),
+            fingers: FingerScores::default(),
         }
     }
 

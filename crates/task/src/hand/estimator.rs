@@ -30,6 +30,15 @@ pub struct HandEstimate {
     pub is_fast: bool,
 }
 
+/// How often a network of joints saw no hand.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct PresenceCounts {
+    /// Windows without a hand.
+    pub absent: u64,
+    /// The highest presence; none of networks that do not say.
+    pub best: Option<f32>,
+}
+
 /// Events to inputs of the network, and its outputs to filtered poses.
 ///
 /// When inputs are taken is the schedule of [`HandFrontend`](super::HandFrontend).
@@ -47,6 +56,8 @@ pub(super) struct HandEstimator {
     smoothing: Smoothing,
     /// Poses of a lower presence are of nobody.
     min_presence: f32,
+    /// What has been seen of it.
+    pub(super) presence: PresenceCounts,
     /// Inputs of a full batch, and those so far.
     pub(super) batch: usize,
     pub(super) pending: InputBatch,
@@ -87,6 +98,7 @@ impl HandEstimator {
             gate,
             hold: config.hold.map(|hold| HoldAtRest::new(&hold, sensor)).transpose()?,
             smoothing: Smoothing::new(config, !is_plain)?,
+            presence: PresenceCounts::default(),
             min_presence: config.detection.min_presence,
             batch: batch.max(1),
             pending,
@@ -163,13 +175,17 @@ impl HandEstimator {
                 inputs.zip(&outputs).map(|(input, pose)| hold.pose(input, pose)).collect()
             }
         };
-        let is_hand = |pose: &HandPose| pose.presence().is_none_or(|p| p >= self.min_presence);
         let (mut of_hands, mut poses) = (Vec::new(), Vec::new());
         for (&t, pose) in times.iter().zip(held) {
-            if is_hand(&pose) {
+            let presence = pose.presence();
+            if presence > self.presence.best {
+                self.presence.best = presence;
+            }
+            if presence.is_none_or(|presence| presence >= self.min_presence) {
                 of_hands.push(t);
                 poses.push(pose);
             } else {
+                self.presence.absent += 1;
                 self.skipped.push(t);
             }
         }
@@ -198,9 +214,9 @@ impl HandEstimator {
         estimates.collect()
     }
 
-    /// The filter's pose at `t`. None before the first output.
-    pub(super) fn propagate(&self, t: Micros) -> Option<HandPose> {
-        self.smoothing.at(t)
+    /// The pose until the next output: the last one. None before the first.
+    pub(super) fn held(&self) -> Option<HandPose> {
+        self.smoothing.held()
     }
 
     /// Forgets everything.

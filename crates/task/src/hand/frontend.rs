@@ -8,7 +8,7 @@
 //!   window on. Batches of a scene at rest repeat earlier poses, and the filter has two settings.
 //! * The newest when the network is free, online: an input is due when time has passed and events have come. A
 //!   network that takes one input gets the newest; one that takes a batch gets the newest batch that is full.
-//!   Inputs of a scene at rest are not inferred: the last pose stands. Propagated poses are the filter's.
+//!   Inputs of a scene at rest are not inferred: the last pose stands. Between two poses the last one is held.
 //!
 //! # Source
 //! EventHands, live pipeline; there the filter's poses come with those of the network alone.
@@ -23,7 +23,7 @@ use evpose_repr::RepresentationTrigger;
 
 use super::batch::InputBatch;
 use super::config::HandConfig;
-use super::estimator::{HandEstimate, HandEstimator};
+use super::estimator::{HandEstimate, HandEstimator, PresenceCounts};
 use super::predictor::Predictor;
 use super::view::{HandView, canonical_view};
 use crate::event_steps::{denoised, pooled};
@@ -120,6 +120,17 @@ impl HandFrontend {
     /// Sets whether the network sees the mirror image of the view: of a hand of the other side.
     pub fn mirror(&mut self, is_mirrored: bool) {
         self.view.is_mirrored = is_mirrored;
+    }
+
+    /// Sets the length of the hand in metres, from the wrist along the bones to the tip of the middle finger:
+    /// positions in metres follow it. The mean hand's otherwise.
+    pub fn hand_length(&mut self, length_m: f32) {
+        self.view.set_hand_length(length_m);
+    }
+
+    /// How often no hand was in view so far.
+    pub fn presence(&self) -> PresenceCounts {
+        self.estimator.presence
     }
 
     /// The position in the network's image of one on the sensor, both in pixels; none where the camera's
@@ -251,8 +262,8 @@ impl StreamFrontend for HandFrontend {
         self.pose(estimate.filtered)
     }
 
-    fn propagate(&mut self, t: Micros) -> Option<PoseEstimate> {
-        Some(self.pose(self.estimator.propagate(t)?))
+    fn propagate(&mut self, _t: Micros) -> Option<PoseEstimate> {
+        Some(self.pose(self.estimator.held()?))
     }
 
     fn reset(&mut self) {

@@ -24,7 +24,7 @@ pub use config::{
     DeviceStrategy, EvaluationConfig, HandConfig, RepresentationConfig, TrainingConfig,
 };
 pub use detection::HandDetectionConfig;
-pub use estimator::HandEstimate;
+pub use estimator::{HandEstimate, PresenceCounts};
 pub use frontend::{HandFrontend, HandWorker, hand_recording, hand_stream};
 pub use joint_decoder::JointDecoder;
 pub use joint_grid::JointGrid;

@@ -12,6 +12,9 @@ use super::config::HandConfig;
 use crate::TaskError;
 use evpose_camera::{Calibration, CalibrationError, CanonicalView, ViewAdaptor};
 
+/// The points from the wrist to the tip of the middle finger.
+const MIDDLE_FINGER: [usize; 5] = [0, 9, 10, 11, 3];
+
 /// Projection of hands: a hand model before a camera.
 #[derive(Debug)]
 pub struct HandView {
@@ -22,6 +25,8 @@ pub struct HandView {
     adaptor: Option<ViewAdaptor>,
     /// Whether poses are of the mirror image of the view.
     pub(super) is_mirrored: bool,
+    /// Length of the hand over that of the mean one.
+    scale: f32,
 }
 
 /// The camera of recordings by `sensor`: see [`Calibration::choose`]. Without a choice, those of the
@@ -70,6 +75,16 @@ impl HandView {
         if self.is_mirrored { Vec2::new(width_px - at_px.x, at_px.y) } else { at_px }
     }
 
+    /// Takes hands for ones of this length in metres, from the wrist along the bones to the tip of the middle
+    /// finger, and not for the mean one. An image says how large a hand looks, never how far away it is: with
+    /// its length, metres are true.
+    pub(super) fn set_hand_length(&mut self, length_m: f32) {
+        let points_m = self.skeleton().points(&[0.0; 6]);
+        let bones = MIDDLE_FINGER.windows(2);
+        let mean_m: f32 = bones.map(|bone| points_m[bone[0]].distance(points_m[bone[1]])).sum();
+        self.scale = length_m / mean_m;
+    }
+
     /// The neutral shape.
     pub fn neutral(&self) -> &ShapedBody {
         &self.neutral
@@ -88,7 +103,14 @@ impl HandView {
         let simulation = &config.simulation;
         let actor = Actor::load(&simulation.body, &simulation.camera)?;
         let neutral = actor.body().shaped(&[]);
-        Ok(Self { actor, neutral, camera: simulation.camera(), adaptor: None, is_mirrored: false })
+        Ok(Self {
+            actor,
+            neutral,
+            camera: simulation.camera(),
+            adaptor: None,
+            is_mirrored: false,
+            scale: 1.0,
+        })
     }
 
     /// The evaluated points of a hand of `side` and of shape `betas` (empty: the neutral one).
@@ -151,9 +173,16 @@ impl HandView {
 
     /// A pose with its points: its joints, or those of the neutral hand of `side`.
     pub fn estimate(&self, side: HandSide, pose: &HandPose) -> PoseEstimate {
-        let points = Box::new(self.points_seen(side, pose));
+        let (mut points, mut params) = (Box::new(self.points_seen(side, pose)), pose.params);
+        if self.scale != 1.0 {
+            // A larger hand that looks the same is farther away by as much: all rays stay.
+            let eye_m = self.camera.camera_from_world().inverse().transform_point3(Vec3::ZERO);
+            let scaled = |at_m: Vec3| eye_m + self.scale * (at_m - eye_m);
+            points.world_m = points.world_m.map(scaled);
+            params.translation_m = scaled(params.translation_m);
+        }
         let camera_m = Box::new(self.opencv_points(&points.world_m));
-        PoseEstimate::Hand { params: pose.params, points, camera_m, score: pose.presence() }
+        PoseEstimate::Hand { params, points, camera_m, score: pose.presence() }
     }
 
     /// The evaluated points of a pose: its joints, or those of the neutral hand of `side`.

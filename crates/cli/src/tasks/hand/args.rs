@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::outputs::OutputFile;
-use crate::ranges::{count, seconds};
+use crate::ranges::{count, seconds, share};
 use crate::tasks::args::{
     DirectoryArgs, OneRecordingArgs, PoseEvalArgs, PoseInferArgs, PoseLiveArgs, RecordingArgs,
     StartArgs,
@@ -58,6 +58,11 @@ pub(crate) struct HandInferArgs {
     /// arrived, repeats the last poses of a hand at rest, and smooths a fast hand less
     #[arg(long, default_value = "plain", value_parser = ["plain", "slow-motion"])]
     pub(super) mode: String,
+    /// Minimum presence of a hand, 0 to 1, of networks of joints; below it, rows are of nobody [the checkpoint's]
+    #[arg(long, value_name = "SCORE", value_parser = share())]
+    pub(super) min_score: Option<f32>,
+    #[command(flatten)]
+    pub(super) length: HandLength,
     /// Also write a table of the joints alone, without parameters
     #[arg(long)]
     pub(super) joints: Option<OutputFile>,
@@ -67,4 +72,21 @@ pub(crate) struct HandInferArgs {
 pub(crate) struct HandLiveArgs {
     #[command(flatten)]
     pub(super) own: PoseLiveArgs,
+    #[command(flatten)]
+    pub(super) length: HandLength,
+}
+
+#[derive(Debug, Clone, Copy, clap::Args)]
+pub(super) struct HandLength {
+    /// Length of the hand in mm, from the wrist along the bones to the tip of the middle finger: metres are
+    /// those of such a hand, since an image does not say how far away it is. The mean hand's otherwise
+    #[arg(long, value_name = "MM", value_parser = clap::value_parser!(u16).range(50..=400))]
+    pub(super) hand_length_mm: Option<u16>,
+}
+
+impl HandLength {
+    /// In metres.
+    pub(super) fn metres(self) -> Option<f32> {
+        self.hand_length_mm.map(|mm| 1e-3 * f32::from(mm))
+    }
 }

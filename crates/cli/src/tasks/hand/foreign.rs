@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::pages::fingers;
 use crate::pages::held_out::{RecordingScores, cell};
 use crate::progress::{bar, say};
 use crate::provenance::Provenance;
@@ -76,6 +77,8 @@ pub(super) fn run(
         let mpjpe_mm = column(summary.mpjpe_mm, 1);
         say(format!("{name:<16}{auc_2d:>24}{auc_3d:>24}{mpjpe_mm:>26}"));
     }
+    let rows = [("mean pose", &report.mean_pose), ("network", &report.network)];
+    fingers::print(rows, "network");
     for one in &report.recordings {
         let (auc_2d, auc_3d) = (cell(one.scores.auc_2d, 3).0, cell(one.scores.auc_3d, 3).0);
         say(format!("  {:<14}{auc_2d:>24}{auc_3d:>24}", one.name));

@@ -12,15 +12,19 @@ use evpose_io::poses::{
 };
 use evpose_pose::stream::InferenceSchedule;
 use evpose_pose::{HandPose, JointFrame, PoseOrigin};
-use evpose_task::hand::{HandConfig, calibration_for, hand_recording};
+use evpose_task::hand::{HandConfig, PresenceCounts, calibration_for, hand_recording};
 
 use super::HandNetwork;
 use super::args::HandInferArgs;
 use crate::tasks::args::{InferArgs, format_of};
-use crate::tasks::infer_all;
+use crate::tasks::{InferenceCounts, PoseScores, infer_all};
 
 pub(super) fn run(model: &HandNetwork, args: &InferArgs, own: &HandInferArgs) -> Result<()> {
-    let config = &model.checkpoint.config;
+    let mut config = model.checkpoint.config.clone();
+    if let Some(min_score) = own.min_score {
+        config.detection.min_presence = min_score;
+    }
+    let config = &config;
     let path = &*own.recording.events;
     // Before an inference of an hour.
     let format = format_of(own.recording.format, &args.out)?;
@@ -41,6 +45,9 @@ pub(super) fn run(model: &HandNetwork, args: &InferArgs, own: &HandInferArgs) ->
     };
     let predictor = model.predictor(own.own.precision)?;
     let mut recording = hand_recording(config, predictor, windows, &calibration, schedule)?;
+    if let Some(length_m) = own.length.metres() {
+        recording.stream().frontend.hand_length(length_m);
+    }
     let Some([start, end]) = recording.span()? else {
         bail!("{}: no events: there is nothing to infer from", path.display());
     };
@@ -65,6 +72,8 @@ pub(super) fn run(model: &HandNetwork, args: &InferArgs, own: &HandInferArgs) ->
             ..TimedPose::new(row.t, &frontend.pose(pose)).with_origin(PoseOrigin::Network)
         },
     };
+    // Those of nobody come first from each batch.
+    rows.sort_by_key(|row| row.t);
     let frame = Some(JointFrame::Camera);
     write_poses_from(&args.out, PoseKind::Hand, frame, &mut rows.iter().map(timed), format)?;
     if let Some(path) = &own.joints {
@@ -74,9 +83,16 @@ pub(super) fn run(model: &HandNetwork, args: &InferArgs, own: &HandInferArgs) ->
     if is_slow_motion {
         say(format!("slow motion: {} inputs, {repeated} repeated at rest", counts.inferred));
     }
-    // A network of hands has no score: whoever is inferred is there.
-    counts.check([path, &args.out], 0, None)?;
-    say(format!("{} poses: {}", counts.inferred, args.out.display()));
+    let PresenceCounts { absent, best } = recording.stream().frontend.presence();
+    // A regressor has no score: whoever is inferred is there.
+    let scores = best.map(|_| PoseScores { best, min_score: config.detection.min_presence });
+    let counts = InferenceCounts {
+        too_few: counts.too_few - absent,
+        inferred: counts.inferred + absent,
+        ..counts
+    };
+    counts.check([path, &args.out], absent, scores)?;
+    say(format!("{} poses: {}", counts.inferred - absent, args.out.display()));
     if let Some(path) = &own.joints {
         say(format!("joints: {}", path.display()));
     }

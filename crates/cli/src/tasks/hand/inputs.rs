@@ -56,9 +56,11 @@ pub(super) fn for_each(
     let size = model.input_shape().iter().product();
     while let Some(inferred) = stream.next().transpose()? {
         // Those of nobody went through the network as well.
-        let times = inferred.skipped.into_iter().chain(inferred.poses.iter().map(|(t, _)| *t));
+        let of_poses = inferred.poses.iter().map(|(t, _)| *t);
+        let mut times: Vec<Micros> = inferred.skipped.into_iter().chain(of_poses).collect();
+        times.sort();
         let values: Vec<f32> = inputs.try_iter().flatten().collect();
-        for (t, input) in times.zip(values.chunks_exact(size)) {
+        for (t, input) in times.into_iter().zip(values.chunks_exact(size)) {
             take(t, input)?;
         }
     }

@@ -216,14 +216,17 @@ impl PoseModel for HandNetwork {
     }
 
     fn stream(&self, sensor: SensorSize, args: &TaskArgs<Live>) -> Result<Box<dyn OnlineStream>> {
-        let HandLiveArgs { own: options } = args.of(Hand.name())?;
+        let HandLiveArgs { own: options, length } = args.of(Hand.name())?;
         let config = self.checkpoint.config.clone();
         let calibration = infer::calibration(&config, sensor, options.camera.as_deref())?;
         let batch = online::batch(options.batch, &self.device);
         let predictor = self.predictor(options.precision)?;
         // The newest input wins: under load, an older one would only add latency.
         let schedule = InferenceSchedule::NewestWhenFree;
-        let stream = hand_stream(&config, predictor, &calibration, schedule, batch)?;
+        let mut stream = hand_stream(&config, predictor, &calibration, schedule, batch)?;
+        if let Some(length_m) = length.metres() {
+            stream.frontend.hand_length(length_m);
+        }
         let stream = TaskStream::new(stream, PROPAGATE_HZ, Skeleton::Hand);
         Ok(Box::new(stream.with_mesh(move || hand_mesh(&config))))
     }
