@@ -28,6 +28,12 @@ pub struct HandJoints {
 }
 
 impl HandPose {
+    /// Mean score of the joints, 0 to 1; none of networks that find none.
+    pub fn mean_score(&self) -> Option<f32> {
+        let mean = |scores: [f32; JOINTS]| scores.iter().sum::<f32>() / JOINTS as f32;
+        self.joints.map(|joints| mean(joints.scores))
+    }
+
     /// Likelihood of a hand being in view, 0 to 1; none of networks that do not say.
     pub fn presence(&self) -> Option<f32> {
         self.joints.map(|joints| joints.presence)

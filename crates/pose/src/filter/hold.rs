@@ -28,11 +28,11 @@ impl<P: Copy> HoldAtRest<P> {
     }
 
     /// The pose that counts for a window with the values of `representation`, of which the network
-    /// predicted `predicted`.
-    pub fn pose(&mut self, representation: &[f32], predicted: &P) -> P {
+    /// predicted `predicted`. One that `is_seen` nowhere in particular counts as one at rest.
+    pub fn pose(&mut self, representation: &[f32], predicted: &P, is_seen: bool) -> P {
         let sum: f64 = representation.iter().map(|&value| f64::from(value)).sum();
         match self.last {
-            Some(last) if sum <= self.rest_sum => last,
+            Some(last) if sum <= self.rest_sum || !is_seen => last,
             // The first pose counts even for an empty window, since there is nothing to hold.
             _ => *self.last.insert(*predicted),
         }
@@ -56,12 +56,13 @@ mod tests {
         let pose = |k: f32| HandParams { articulation: [k; 6], ..HandParams::default() };
         let (full, empty) = ([1.0f32; 5], [1.0f32, 1.0, 1.0, 1.0, 0.0]);
         // There is nothing to hold at first.
-        assert_eq!(hold.pose(&empty, &pose(1.0)), pose(1.0));
-        assert_eq!(hold.pose(&full, &pose(2.0)), pose(2.0));
-        assert_eq!(hold.pose(&empty, &pose(3.0)), pose(2.0));
-        assert_eq!(hold.pose(&full, &pose(4.0)), pose(4.0));
+        assert_eq!(hold.pose(&empty, &pose(1.0), true), pose(1.0));
+        assert_eq!(hold.pose(&full, &pose(2.0), true), pose(2.0));
+        assert_eq!(hold.pose(&empty, &pose(3.0), true), pose(2.0));
+        assert_eq!(hold.pose(&full, &pose(4.0), true), pose(4.0));
+        assert_eq!(hold.pose(&full, &pose(6.0), false), pose(4.0), "seen nowhere");
         hold.reset();
-        assert_eq!(hold.pose(&empty, &pose(5.0)), pose(5.0));
+        assert_eq!(hold.pose(&empty, &pose(5.0), true), pose(5.0));
         let wrong = StillnessConfig { rest_sum: -1.0 };
         assert!(HoldAtRest::<HandParams>::new(&wrong, SensorSize::DAVIS240C).is_err());
     }

@@ -107,6 +107,12 @@ impl FingerScores {
         *self.confusion.entry((truth, predicted)).or_default() += 1;
     }
 
+    /// Scores a hand that was not predicted: all of it is wrong.
+    pub fn push_missing(&mut self) {
+        self.right.iter_mut().for_each(|totals| totals.push(0.0));
+        self.all_right.push(0.0);
+    }
+
     /// Adds those of another sequence.
     pub fn merge(&mut self, other: &Self) {
         for (pair, count) in &other.confusion {

@@ -53,6 +53,19 @@ impl SequenceScores {
         self.push_image_points(predicted, truth);
     }
 
+    /// Scores one frame with a hand, of which no pose was predicted: every point is wrong. Means of distances have
+    /// no value for it.
+    pub fn push_missing(&mut self, truth: &HandPoints, has_space: bool) {
+        let nowhere = [None; 21];
+        for error_percent in palm_errors_percent(&nowhere, &truth.image_px) {
+            self.pck_2d.push(error_percent);
+        }
+        if has_space {
+            (1..truth.world_m.len()).for_each(|_| self.pck_3d.push(f64::INFINITY));
+            self.fingers.push_missing();
+        }
+    }
+
     /// Scores the acceleration of the points in the middle of three frames, `step_s` apart.
     ///
     /// # Source

@@ -267,7 +267,7 @@ impl Experiment for HandConfig {
             (
                 self.detection.is_valid(),
                 "detection",
-                "min_active and min_presence are shares: 0 to 1",
+                "min_active, min_presence and min_score are shares: 0 to 1",
             ),
             (is_large, "network.backbone", too_small.as_str()),
         ])

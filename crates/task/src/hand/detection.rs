@@ -20,13 +20,16 @@ pub struct HandDetectionConfig {
     pub min_active: f32,
     /// Likelihood of a hand, 0 to 1, below which a window of a network of joints has no pose.
     pub min_presence: f32,
+    /// Mean score of the joints of a network of joints, 0 to 1, below which the last pose is repeated: they are
+    /// nowhere in particular, as of a hand of which next to nothing moves.
+    pub min_score: f32,
 }
 
 impl Default for HandDetectionConfig {
     /// 130 of 240x180 pixels. `hold.rest_sum` of the shipped network takes a window that sums to 60 for
     /// one at rest, and active pixels of an LNES are one half on average.
     fn default() -> Self {
-        Self { min_active: 0.003, min_presence: 0.5 }
+        Self { min_active: 0.003, min_presence: 0.5, min_score: 0.15 }
     }
 }
 
@@ -37,7 +40,8 @@ impl HandDetectionConfig {
 
     /// Whether it makes sense.
     pub(super) fn is_valid(&self) -> bool {
-        (0.0..=1.0).contains(&self.min_active) && (0.0..=1.0).contains(&self.min_presence)
+        let shares = [self.min_active, self.min_presence, self.min_score];
+        shares.iter().all(|share| (0.0..=1.0).contains(share))
     }
 }
 

@@ -9,7 +9,7 @@ use evpose_clean::DenoiseFilter;
 
 use super::batch::InputBatch;
 use super::config::HandConfig;
-use super::detection::WarmUp;
+use super::detection::{HandDetectionConfig, WarmUp};
 use super::smoothing::Smoothing;
 use crate::TaskError;
 
@@ -33,7 +33,9 @@ pub struct HandEstimate {
 /// How often a network of joints saw no hand.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct PresenceCounts {
-    /// Windows without a hand.
+    /// Time of the first window that showed enough; none before.
+    pub since: Option<Micros>,
+    /// Windows without a hand, from then on.
     pub absent: u64,
     /// The highest presence; none of networks that do not say.
     pub best: Option<f32>,
@@ -54,8 +56,7 @@ pub(super) struct HandEstimator {
     gate: Option<StillnessGate<HandPose>>,
     hold: Option<HoldAtRest<HandPose>>,
     smoothing: Smoothing,
-    /// Poses of a lower presence are of nobody.
-    min_presence: f32,
+    detection: HandDetectionConfig,
     /// What has been seen of it.
     pub(super) presence: PresenceCounts,
     /// Inputs of a full batch, and those so far.
@@ -99,7 +100,7 @@ impl HandEstimator {
             hold: config.hold.map(|hold| HoldAtRest::new(&hold, sensor)).transpose()?,
             smoothing: Smoothing::new(config, !is_plain)?,
             presence: PresenceCounts::default(),
-            min_presence: config.detection.min_presence,
+            detection: config.detection,
             batch: batch.max(1),
             pending,
             skipped: Vec::new(),
@@ -169,11 +170,15 @@ impl HandEstimator {
         }
         let inputs = batch.values().chunks_exact(2 * pixels).skip(first);
         let times = &batch.times()[first..];
+        self.presence.since = self.presence.since.or(times.first().copied());
+        let min_score = self.detection.min_score;
+        let is_seen = |pose: &HandPose| pose.mean_score().is_none_or(|score| score >= min_score);
         let held: Vec<HandPose> = match &mut self.hold {
             None => outputs.clone(),
-            Some(hold) => {
-                inputs.zip(&outputs).map(|(input, pose)| hold.pose(input, pose)).collect()
-            }
+            Some(hold) => inputs
+                .zip(&outputs)
+                .map(|(input, pose)| hold.pose(input, pose, is_seen(pose)))
+                .collect(),
         };
         let (mut of_hands, mut poses) = (Vec::new(), Vec::new());
         for (&t, pose) in times.iter().zip(held) {
@@ -181,7 +186,7 @@ impl HandEstimator {
             if presence > self.presence.best {
                 self.presence.best = presence;
             }
-            if presence.is_none_or(|presence| presence >= self.min_presence) {
+            if presence.is_none_or(|presence| presence >= self.detection.min_presence) {
                 of_hands.push(t);
                 poses.push(pose);
             } else {
@@ -227,6 +232,7 @@ impl HandEstimator {
         }
         self.pending.clear();
         self.warm_up.reset();
+        self.presence = PresenceCounts::default();
         if let Some(gate) = &mut self.gate {
             gate.reset();
         }

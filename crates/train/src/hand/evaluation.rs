@@ -83,11 +83,13 @@ pub fn evaluate(
         .collect();
     for sequence in data.sequences() {
         let tracks = infer(config, sequence, methods, stride_ms, progress)?;
-        // Every method has poses at the same frames.
-        let frames = tracks.first().map_or(&[][..], |track| &track.frames);
-        let truth = true_points(&view, sequence, frames)?;
+        // Those of all methods: one of them may see no hand where another has a pose.
+        let mut frames: Vec<u64> = tracks.iter().flat_map(|track| &track.frames).copied().collect();
+        frames.sort_unstable();
+        frames.dedup();
+        let truth = true_points(&view, sequence, &frames)?;
         for (result, track) in results.iter_mut().zip(tracks) {
-            result.evaluation.sequences.push(score(&view, sequence, &track, &truth)?);
+            result.evaluation.sequences.push(score(&view, sequence, &track, (&frames, &truth))?);
             result.tracks.push(track);
         }
     }
@@ -181,28 +183,29 @@ pub(crate) fn score_track(
     sequence: &HandSequence,
     track: &HandPoseTrack,
 ) -> Result<SequenceScores, TrainError> {
-    score(view, sequence, track, &true_points(view, sequence, &track.frames)?)
+    score(view, sequence, track, (&track.frames, &true_points(view, sequence, &track.frames)?))
 }
 
 fn score(
     view: &HandView,
     sequence: &HandSequence,
     track: &HandPoseTrack,
-    truth: &[HandPoints],
+    (frames, truth): (&[u64], &[HandPoints]),
 ) -> Result<SequenceScores, TrainError> {
     let mut scores = SequenceScores::default();
-    let mut predicted = Vec::with_capacity(track.poses.len());
-    for ((&frame, pose), truth) in track.frames.iter().zip(&track.poses).zip(truth) {
-        scores.push_parameters(&pose.params, &sequence.pose(frame)?);
-        let points = view.points_seen(sequence.hand(), pose);
-        scores.push_points(&points, truth);
-        predicted.push(points);
-    }
-    let frames = track.frames.windows(3);
-    for ((frames, predicted), truth) in frames.zip(predicted.windows(3)).zip(truth.windows(3)) {
-        let ([first, second, third], [a, b, c], [d, e, f]) = (frames, predicted, truth) else {
+    let mut both = Vec::with_capacity(track.poses.len());
+    for (&frame, truth) in frames.iter().zip(truth) {
+        let Some(pose) = track.at(frame) else {
+            scores.push_missing(truth, true);
             continue;
         };
+        scores.push_parameters(&pose.params, &sequence.pose(frame)?);
+        let points = view.points_seen(sequence.hand(), &pose);
+        scores.push_points(&points, truth);
+        both.push((frame, points, truth));
+    }
+    for three in both.windows(3) {
+        let [(first, a, d), (second, b, e), (third, c, f)] = three else { continue };
         // A new shape of the hand is no motion.
         let is_one_episode = sequence.episode_of(*first) == sequence.episode_of(*third);
         // `push_acceleration` takes one step for both differences.

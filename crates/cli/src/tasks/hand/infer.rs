@@ -83,7 +83,7 @@ pub(super) fn run(model: &HandNetwork, args: &InferArgs, own: &HandInferArgs) ->
     if is_slow_motion {
         say(format!("slow motion: {} inputs, {repeated} repeated at rest", counts.inferred));
     }
-    let PresenceCounts { absent, best } = recording.stream().frontend.presence();
+    let PresenceCounts { absent, best, .. } = recording.stream().frontend.presence();
     // A regressor has no score: whoever is inferred is there.
     let scores = best.map(|_| PoseScores { best, min_score: config.detection.min_presence });
     let counts = InferenceCounts {

@@ -27,7 +27,7 @@ pub struct ForeignHandResults {
     pub mean_pose: HandEvaluation,
 }
 
-/// Evaluates a network on recordings at the times of their labels. Parameters are not labelled:
+/// Evaluates a network on recordings at the times of their labels; where it sees no hand, all of the label is wrong. Parameters are not labelled:
 /// only errors of points are scored. `progress` receives 1 after each recording.
 ///
 /// # Errors
@@ -48,15 +48,22 @@ pub fn evaluate_foreign_hands(
             poses.extend(inferred?.poses.into_iter().map(|(_, estimate)| estimate));
         }
         let frontend = &stream.stream().frontend;
+        let since = frontend.presence().since;
         let mut scores: [SequenceScores; 3] = Default::default();
         for label in &recording.labels.rows {
             // Labels have times of their own: the pose before or after, whichever is nearer.
             let next = poses.partition_point(|pose| pose.t < label.t);
             let around = poses[next.saturating_sub(1)..].iter().take(2);
             let nearest = around.min_by_key(|pose| (pose.t - label.t).0.abs());
-            // A label far from every pose would measure a gap of the stream, not the network.
             let Some(pose) = nearest.filter(|pose| (pose.t - label.t).0.abs() <= MAX_OFFSET.0)
             else {
+                // There is a hand, and the network saw none. Before the first full window it was not asked.
+                if since.is_some_and(|since| label.t >= since) {
+                    let [network, filtered, constant] = &mut scores;
+                    miss(label, network);
+                    miss(label, filtered);
+                    score(&frontend.pose(mean_pose), label, constant);
+                }
                 continue;
             };
             for (scores, pose) in
@@ -138,6 +145,13 @@ fn stream<'a>(
     let mut stream = hand_recording(config, predictor, windows, calibration, every_ms)?;
     stream.stream().frontend.mirror(recording.side != config.simulation.hands.side(0));
     Ok(stream)
+}
+
+/// Scores a label of which there is no pose.
+fn miss(label: &HandJointRow, scores: &mut SequenceScores) {
+    let world_m = label.camera_m.unwrap_or([Vec3::ZERO; 21]);
+    let truth = HandPoints { world_m, image_px: label.image_px };
+    scores.push_missing(&truth, label.camera_m.is_some());
 }
 
 /// Compares a pose with labels on the sensor and in the frame of the camera.

@@ -1,6 +1,7 @@
 //! A training of joints from a recording to poses.
 
 use evpose_core::SensorSize;
+use evpose_io::{HandJointsWriter, JointsReader};
 use evpose_nn::{DeviceKind, HandHead};
 use evpose_pose::HandSide;
 use evpose_sim::{Simulation, record_all};
@@ -33,6 +34,8 @@ fn config() -> HandConfig {
     config.training.validation_samples = 4;
     config.training.estimate_filter = true;
     config.evaluation.first_ms = 200;
+    // So few steps teach nobody what a hand is.
+    config.detection.min_presence = 0.0;
     config
 }
 
@@ -56,6 +59,12 @@ fn a_network_of_joints_trains_goes_on_and_is_evaluated() {
     let results = evaluate(&config, &set, &mut methods, 50, &mut |_| {}).unwrap();
     let poses = &results[0].tracks[0].poses;
     assert_eq!(results[0].tracks[0].frames, [200, 250, 300, 350]);
+    for joints in poses.iter().map(|pose| pose.joints.unwrap()) {
+        assert!(joints.camera_m.iter().all(|at_m| at_m.is_finite() && at_m.z < 0.0));
+        assert!((0.0..=1.0).contains(&joints.presence));
+    }
+    let summary = results[0].evaluation.summary(&config.evaluation.bootstrap);
+    assert!(summary.fingers.unwrap().majority > 0.3);
     assert!(poses.iter().all(|pose| pose.params.to_array().iter().all(|value| value.is_finite())));
 
     let mut from = config;
@@ -83,8 +92,10 @@ fn recorded_joints_come_before_those_of_the_label() {
     let of_poses = labels();
     let view = HandView::new(&config).unwrap();
     let set = HandDataset::open(directory.path(), &config).unwrap();
-    let mut bytes = header(set.sequences()[0].frames());
-    for frame in 0..set.sequences()[0].frames() {
+    let path = JointsReader::path_of(&directory.path().join("0000"));
+    let frames = set.sequences()[0].frames();
+    let mut file = HandJointsWriter::create(path, frames).unwrap();
+    for frame in 0..frames {
         let sequence = &set.sequences()[0];
         let betas = sequence.betas(sequence.episode_of(frame));
         let points = view.points(HandSide::Right, &sequence.pose(frame).unwrap(), betas);
@@ -93,9 +104,9 @@ fn recorded_joints_come_before_those_of_the_label() {
             // A finger that no articulation makes.
             points_m[2] += glam::Vec3::new(0.0, 0.05, 0.0);
         }
-        bytes.extend(points_m.iter().flat_map(|m| m.to_array()).flat_map(f32::to_le_bytes));
+        file.frame(&points_m).unwrap();
     }
-    std::fs::write(directory.path().join("0000.joints.npy"), bytes).unwrap();
+    file.finish().unwrap();
     let of_file = labels();
     for joint in 0..21 {
         let off = of_file[0].positions[joint].distance(of_poses[0].positions[joint]);
@@ -104,16 +115,4 @@ fn recorded_joints_come_before_those_of_the_label() {
     let moved = of_file[1].positions[2].distance(of_poses[1].positions[2]);
     assert!(moved > 0.5, "{moved} cells");
     assert!(of_file[1].positions[3].distance(of_poses[1].positions[3]) < 1e-3);
-}
-
-/// The header of `[frames, 21, 3]` as NumPy writes it.
-fn header(frames: u64) -> Vec<u8> {
-    let mut text =
-        format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({frames}, 21, 3), }}");
-    while !(10 + text.len() + 1).is_multiple_of(64) {
-        text.push(' ');
-    }
-    text.push('\n');
-    let length = (text.len() as u16).to_le_bytes();
-    [&b"\x93NUMPY\x01\x00"[..], &length, text.as_bytes()].concat()
 }
