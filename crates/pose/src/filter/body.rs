@@ -47,7 +47,7 @@ impl BodyFilterConfig {
     }
 
     /// The Kalman filter of a joint of this score.
-    fn kalman(&self, score: f32) -> KalmanConfig {
+    pub fn kalman(&self, score: f32) -> KalmanConfig {
         let measurement = f64::from(score.max(MIN_SCORE)).powf(-self.score_exponent);
         let acceleration = NoiseVariances::with_cutoff(self.cutoff_hz, 1.0).acceleration;
         KalmanConfig {

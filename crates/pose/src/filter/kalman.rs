@@ -194,7 +194,7 @@ impl ConstantVelocityKalman {
 
     /// Goes on with other settings, which must be valid; the state stays, and the covariance of
     /// groups that both settings have.
-    pub(super) fn retune(&mut self, config: KalmanConfig) {
+    pub fn retune(&mut self, config: KalmanConfig) {
         self.config = config;
         let mut groups = groups_of(&config, self.tracks.len());
         for (new, old) in groups.iter_mut().zip(&self.groups) {

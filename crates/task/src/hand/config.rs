@@ -8,7 +8,7 @@ use evpose_core::{Micros, SensorSize};
 use evpose_nn::{
     HandHead, HandLossConfig, HandRegressorConfig, JointLossConfig, JointNet, backbone_by_name,
 };
-use evpose_pose::filter::{HandFilterConfig, StillnessConfig};
+use evpose_pose::filter::{BodyFilterConfig, HandFilterConfig, StillnessConfig};
 use evpose_repr::{ChannelOrder, WindowAugmentation};
 use evpose_sim::SimulationConfig;
 use serde::{Deserialize, Serialize};
@@ -61,6 +61,9 @@ pub struct HandConfig {
     pub detection: HandDetectionConfig,
     /// Temporal filter of predictions.
     pub filter: HandFilterConfig,
+    /// Temporal filter of the joints of a network of joints.
+    #[serde(skip_serializing_if = "BodyFilterConfig::is_default")]
+    pub joint_filter: BodyFilterConfig,
     /// The slow-motion mode.
     pub slow_motion: SlowMotionConfig,
     /// Held-out data.
@@ -160,6 +163,7 @@ impl Default for HandConfig {
             hold: None,
             detection: HandDetectionConfig::default(),
             filter: HandFilterConfig::default(),
+            joint_filter: BodyFilterConfig::default(),
             slow_motion: SlowMotionConfig::default(),
             evaluation: EvaluationConfig::default(),
         }

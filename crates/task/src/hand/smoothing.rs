@@ -2,19 +2,24 @@
 
 use evpose_core::Micros;
 use evpose_pose::filter::{
-    AdaptiveHandFilter, ConstantVelocityKalman, HandFilter, HandNoise, KalmanConfig,
+    AdaptiveHandFilter, BodyFilterConfig, ConstantVelocityKalman, HandFilter,
 };
-use evpose_pose::{HandJoints, HandPose};
+use evpose_pose::{EVALUATION_JOINTS, HandPose};
 use glam::Vec3;
 
 use super::config::HandConfig;
 use crate::TaskError;
 
+/// Count of joints.
+const JOINTS: usize = EVALUATION_JOINTS.len();
+
 /// A filter of all that is known of a hand.
 #[derive(Debug)]
 pub(super) struct Smoothing {
     params: ParamsFilter,
-    joints: ConstantVelocityKalman,
+    /// Each by itself, with the noise of its score.
+    joints: Vec<ConstantVelocityKalman>,
+    joint_noise: BodyFilterConfig,
     /// The last estimate.
     last: Option<HandPose>,
 }
@@ -25,11 +30,8 @@ enum ParamsFilter {
     Adaptive(Box<AdaptiveHandFilter>),
 }
 
-/// Coordinates of all joints.
-const COORDINATES: usize = 63;
-
 impl Smoothing {
-    /// The published filter, or that of two settings; joints move as the wrist does.
+    /// The published filter, or that of two settings. Joints have the noise of their scores, as those of bodies.
     ///
     /// # Errors
     /// If a setting is out of range.
@@ -41,9 +43,9 @@ impl Smoothing {
                 ParamsFilter::Adaptive(Box::new(filter))
             }
         };
-        let kalman = of_positions(config.filter.kalman);
-        let joints = ConstantVelocityKalman::new(kalman, COORDINATES)?;
-        Ok(Self { params, joints, last: None })
+        let joint_noise = config.joint_filter;
+        let joint = ConstantVelocityKalman::new(joint_noise.kalman(1.0), 3)?;
+        Ok(Self { params, joints: vec![joint; JOINTS], joint_noise, last: None })
     }
 
     /// The estimate for time `t` from the pose of time `t` and all before.
@@ -52,10 +54,15 @@ impl Smoothing {
             ParamsFilter::Kalman(filter) => filter.update(t, &measured.params),
             ParamsFilter::Adaptive(filter) => filter.update(t, &measured.params),
         };
-        let joints = measured.joints.map(|joints| {
-            let mut out = [0.0; COORDINATES];
-            self.joints.update(t, &flat(&joints.camera_m), &mut out);
-            HandJoints { camera_m: points(&out), ..joints }
+        let joints = measured.joints.map(|mut joints| {
+            let scored = joints.camera_m.iter_mut().zip(joints.scores).zip(&mut self.joints);
+            for ((at_m, score), filter) in scored {
+                let (z, mut out) = (at_m.to_array(), [0.0; 3]);
+                filter.retune(self.joint_noise.kalman(score));
+                filter.update(t, &z, &mut out);
+                *at_m = Vec3::from_array(out);
+            }
+            joints
         });
         *self.last.insert(HandPose { params, joints })
     }
@@ -78,32 +85,15 @@ impl Smoothing {
             ParamsFilter::Kalman(filter) => filter.reset(),
             ParamsFilter::Adaptive(filter) => filter.reset(),
         }
-        self.joints.reset();
+        self.joints.iter_mut().for_each(ConstantVelocityKalman::reset);
         self.last = None;
     }
 }
 
-/// The settings of positions in metres: those of the wrist where parts of a hand have their own.
-fn of_positions(kalman: KalmanConfig) -> KalmanConfig {
-    let Some(HandNoise { translation, .. }) = kalman.hand else { return kalman };
-    KalmanConfig {
-        acceleration_variance: translation.acceleration,
-        measurement_variance: translation.measurement,
-        hand: None,
-        ..kalman
-    }
-}
-
-fn flat(points_m: &[Vec3; 21]) -> [f32; COORDINATES] {
-    std::array::from_fn(|k| points_m[k / 3][k % 3])
-}
-
-fn points(values: &[f32; COORDINATES]) -> [Vec3; 21] {
-    std::array::from_fn(|k| Vec3::from_slice(&values[3 * k..]))
-}
-
 #[cfg(test)]
 mod tests {
+    use evpose_pose::HandJoints;
+
     use super::*;
 
     fn seen(at_m: Vec3) -> HandPose {
