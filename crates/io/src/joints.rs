@@ -17,7 +17,7 @@ use crate::IoError;
 use crate::npz::header_for;
 use crate::positional::PositionalFile;
 
-/// What follows the stem of a recording in the name of its file of joints.
+/// Ending of the file of joints, behind the stem of a recording and a dot.
 pub const HAND_JOINTS_ENDING: &str = "joints.npy";
 
 /// Count of points in a row.

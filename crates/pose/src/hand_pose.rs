@@ -1,4 +1,4 @@
-//! What a network sees of a hand: parameters, and joints of networks that find them.
+//! A hand as a network sees it: parameters, and joints of networks that find them.
 
 use glam::Vec3;
 

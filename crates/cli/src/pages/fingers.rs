@@ -1,4 +1,4 @@
-//! Which fingers a network sees extended, and which gestures it takes for which.
+//! The states of fingers that a network sees, and the gestures that it confuses.
 
 use evpose_pose::metric::{DIGITS, FingerSummary, HandSummary};
 

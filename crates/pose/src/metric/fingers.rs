@@ -1,4 +1,4 @@
-//! Which fingers are extended, which are bent: what a person sees first of a hand.
+//! The states of fingers, extended or bent: a person sees them first of a hand.
 //!
 //! # Model
 //! The bend of a joint is the angle between the bone before it and the bone behind it. A finger is *extended*
@@ -89,7 +89,7 @@ pub struct FingerScores {
 pub struct GestureConfusion {
     /// The true gesture, see [`gesture_of`].
     pub truth: String,
-    /// What it was taken for.
+    /// The gesture that it was taken for.
     pub predicted: String,
     /// Count of hands.
     pub count: u64,

@@ -213,9 +213,9 @@ pub struct FingerSummary {
     pub each: [f64; 5],
     /// Of hands with all five right.
     pub gesture: Interval,
-    /// What a hand reaches that is always in the most frequent states.
+    /// The share of a hand that is always in the most frequent states.
     pub majority: f64,
-    /// What gestures are taken for, the most frequent pairs.
+    /// Gestures and those that they are taken for, the most frequent pairs.
     pub gestures: Vec<GestureConfusion>,
 }
 

@@ -21,6 +21,15 @@ use crate::experiment::require;
 use crate::schedule::Schedule;
 use crate::{Experiment, NetworkInput, TaskError};
 
+/// The filter of joints: of one noise for all. With noises by score, joints of one hand lag by different times, and hands
+/// of others were further off in space than without a filter.
+const JOINT_FILTER: BodyFilterConfig =
+    BodyFilterConfig { cutoff_hz: 6.0, score_exponent: 0.0, max_gap_s: 0.5 };
+
+fn is_joint_filter(filter: &BodyFilterConfig) -> bool {
+    *filter == JOINT_FILTER
+}
+
 /// Everything about a hand experiment. `Default` is the published setting.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -62,7 +71,7 @@ pub struct HandConfig {
     /// Temporal filter of predictions.
     pub filter: HandFilterConfig,
     /// Temporal filter of the joints of a network of joints.
-    #[serde(skip_serializing_if = "BodyFilterConfig::is_default")]
+    #[serde(skip_serializing_if = "is_joint_filter")]
     pub joint_filter: BodyFilterConfig,
     /// The slow-motion mode.
     pub slow_motion: SlowMotionConfig,
@@ -163,7 +172,7 @@ impl Default for HandConfig {
             hold: None,
             detection: HandDetectionConfig::default(),
             filter: HandFilterConfig::default(),
-            joint_filter: BodyFilterConfig::default(),
+            joint_filter: JOINT_FILTER,
             slow_motion: SlowMotionConfig::default(),
             evaluation: EvaluationConfig::default(),
         }

@@ -57,7 +57,7 @@ pub(super) struct HandEstimator {
     hold: Option<HoldAtRest<HandPose>>,
     smoothing: Smoothing,
     detection: HandDetectionConfig,
-    /// What has been seen of it.
+    /// Counts of windows with and without a hand.
     pub(super) presence: PresenceCounts,
     /// Inputs of a full batch, and those so far.
     pub(super) batch: usize,
@@ -220,8 +220,8 @@ impl HandEstimator {
     }
 
     /// The pose until the next output: the last one. None before the first.
-    pub(super) fn held(&self) -> Option<HandPose> {
-        self.smoothing.held()
+    pub(super) fn last_pose(&self) -> Option<HandPose> {
+        self.smoothing.last_pose()
     }
 
     /// Forgets everything.

@@ -263,7 +263,7 @@ impl StreamFrontend for HandFrontend {
     }
 
     fn propagate(&mut self, _t: Micros) -> Option<PoseEstimate> {
-        Some(self.pose(self.estimator.held()?))
+        Some(self.pose(self.estimator.last_pose()?))
     }
 
     fn reset(&mut self) {

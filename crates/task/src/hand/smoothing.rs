@@ -31,7 +31,7 @@ enum ParamsFilter {
 }
 
 impl Smoothing {
-    /// The published filter, or that of two settings. Joints have the noise of their scores, as those of bodies.
+    /// The published filter, or that of two settings. Joints may have the noise of their scores, as those of bodies.
     ///
     /// # Errors
     /// If a setting is out of range.
@@ -67,10 +67,10 @@ impl Smoothing {
         *self.last.insert(HandPose { params, joints })
     }
 
-    /// The pose between two measurements: the last estimate, held. Events between two poses of a network are in no
+    /// The last estimate, which is held until the next measurement. Events between two poses of a network are in no
     /// window yet, and the velocity that the filter knows is that of its noise: extrapolated by it, poses were three
     /// times as wrong as held ones. None before the first measurement.
-    pub(super) fn held(&self) -> Option<HandPose> {
+    pub(super) fn last_pose(&self) -> Option<HandPose> {
         self.last
     }
 
@@ -104,7 +104,7 @@ mod tests {
     #[test]
     fn joints_that_move_uniformly_are_followed_and_then_held() {
         let mut smoothing = Smoothing::new(&HandConfig::default(), false).unwrap();
-        assert!(smoothing.held().is_none());
+        assert!(smoothing.last_pose().is_none());
         let at_m = |ms: i64| Vec3::new(1e-3 * ms as f32, -0.2, -0.5);
         let mut last = HandPose::default();
         for ms in 0..2_000 {
@@ -113,15 +113,15 @@ mod tests {
         let joints = last.joints.unwrap();
         assert!(joints.camera_m[7].distance(at_m(1_999)) < 1e-3, "{}", joints.camera_m[7]);
         assert_eq!((joints.scores, joints.presence), ([0.5; 21], 0.9));
-        assert_eq!(smoothing.held(), Some(last));
+        assert_eq!(smoothing.last_pose(), Some(last));
         smoothing.reset();
-        assert!(smoothing.held().is_none());
+        assert!(smoothing.last_pose().is_none());
     }
 
     #[test]
     fn hands_without_joints_stay_without() {
         let mut smoothing = Smoothing::new(&HandConfig::default(), true).unwrap();
         let pose = smoothing.update(Micros(0), &HandPose::default());
-        assert!(pose.joints.is_none() && smoothing.held().unwrap().joints.is_none());
+        assert!(pose.joints.is_none() && smoothing.last_pose().unwrap().joints.is_none());
     }
 }

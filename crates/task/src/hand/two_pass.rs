@@ -48,7 +48,7 @@ pub struct CropErrors {
     pub roll_deg: f32,
 }
 
-/// What a training sample of a network of joints shows.
+/// The view of a training sample of a network of joints.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrainingView {
     /// A part of the canonical view.
@@ -188,7 +188,7 @@ impl TwoPass {
         PerspectiveCrop::new(error * crop.turn(), zoom)
     }
 
-    /// What training sample `sample` of a network of joints shows of a hand at `points_m`: a function of `seed` and
+    /// The view of training sample `sample` of a network of joints, of a hand at `points_m`: a function of `seed` and
     /// its number alone. With [`TwoPassConfig::empty_probability`] there is no hand in it: half of these lie beside
     /// the hand, in the others it is to be scrambled.
     pub fn draw_view(&self, points_m: &[Vec3; 21], seed: u64, sample: u64) -> TrainingView {

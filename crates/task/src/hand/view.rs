@@ -176,8 +176,8 @@ impl HandView {
         let (mut points, mut params) = (Box::new(self.points_seen(side, pose)), pose.params);
         if self.scale != 1.0 {
             // A larger hand that looks the same is farther away by as much: all rays stay.
-            let eye_m = self.camera.camera_from_world().inverse().transform_point3(Vec3::ZERO);
-            let scaled = |at_m: Vec3| eye_m + self.scale * (at_m - eye_m);
+            let centre_m = self.camera.camera_from_world().inverse().transform_point3(Vec3::ZERO);
+            let scaled = |at_m: Vec3| centre_m + self.scale * (at_m - centre_m);
             points.world_m = points.world_m.map(scaled);
             params.translation_m = scaled(params.translation_m);
         }
