@@ -14,6 +14,7 @@ mod named_paths;
 mod needs;
 mod packages;
 mod run;
+mod slurm;
 mod steps;
 mod totals;
 mod words;
@@ -26,6 +27,7 @@ const USAGE: &str = "\
 usage: cargo xtask ci|quick|slow [--only TEXT] [--from N] [--list]
        cargo xtask setup | words [CRATE…] [--list] | circles [CRATE…] | lines | links
        cargo xtask mutants [CRATE [K/N|again]] | figures [--check] | guides | gpu
+       cargo xtask slurm [PROGRAM]
 
   ci    formatting, lints with all optional features, documentation, all tests, what the
         benchmark is built from (what CI runs)
@@ -47,7 +49,10 @@ usage: cargo xtask ci|quick|slow [--only TEXT] [--from N] [--list]
   figures writes figures of README.md and the guides from results below benches/; --check compares
   guides  runs the commands of README.md and the guides, of one page with EVPOSE_PAGE=NAME, and writes
           their outputs into the pages
-  gpu     a program to carry to a machine with a GPU: see docs/guide/gpu.md";
+  gpu     a program to carry to a machine with a GPU: see docs/guide/gpu.md
+  slurm   configs/jobs/simulate.slurm, shortened, on a cluster of one node: a worker is killed and
+          started again, and the files are those of a run without shards (Debian, as root:
+          apt-get install slurmctld slurmd slurm-client); PROGRAM is target/release/evpose";
 
 fn main() -> ExitCode {
     let args: Vec<String> = std::env::args().skip(1).collect();
@@ -71,6 +76,7 @@ fn main() -> ExitCode {
         "mutants" => mutants::run(args, say),
         "figures" => figures::run(args, say),
         "gpu" => gpu::run(args, say),
+        "slurm" => slurm::run(args, say),
         "guides" => return run_steps(&[steps::GUIDES], args),
         _ => {
             say(USAGE);
