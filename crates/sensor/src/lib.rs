@@ -88,7 +88,7 @@ pub use detector::{
 };
 pub use effect::{EffectConfig, Value};
 pub use error::SensorError;
-pub use formula::{Formula, FormulaFault};
+pub use formula::{Formula, FormulaFault, formula_curve};
 pub use linear_optics::LinearOptics;
 pub use map::MapFault;
 pub use model::SensorModel;

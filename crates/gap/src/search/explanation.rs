@@ -2,6 +2,7 @@
 
 use super::decision::{Worth, decide, fraction_left};
 use super::elimination::Dropped;
+use super::formula_terms::FORMULA;
 use super::identification::{
     AddedEffect, ChangedParameter, Contender, DataSplits, ExplainedFraction, FittedCandidate,
     Identification, Left, ModelScore,
@@ -86,9 +87,15 @@ pub(super) fn explain(
     // too.
     let left = unexplained(&splits.held_out, &after.model)?;
     let fraction = fraction_left(&before, &after, &left);
-    let confusable: Vec<usize> = added_effects.iter().map(|added| added.confusable.len()).collect();
+    // A formula is no name.
+    let named = added_effects.iter().filter(|added| added.name() != FORMULA);
+    let confusable: Vec<usize> = named.map(|added| added.confusable.len()).collect();
+    let has_formula = confusable.len() < added_effects.len();
     Ok(Identification {
-        answer: decide(&confusable, changed_parameters.len(), &after, fraction),
+        answer: match decide(&confusable, changed_parameters.len(), &after, fraction) {
+            Answer::NoGap if has_formula => Answer::NoneOfCatalogue,
+            answer => answer,
+        },
         before,
         refitted,
         added_effects,

@@ -53,12 +53,12 @@ use events::{EventFormula, EventStage};
 use expression::{Names, parse};
 use front::FrontFormula;
 use pixels::{PixelFormula, PixelQuantity};
-use variable::Variable;
+use variable::{MAX_AGE_MS, VARIABLES, Variable};
 
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::{
-    Citation, Domain, LINEAR_OFF_AT_ZERO, LOG_OFF_AT_ZERO, NumberSpec, Parameter, SensorError,
+    Citation, Domain, EffectConfig, LINEAR_OFF_AT_ZERO, LOG_OFF_AT_ZERO, NumberSpec, Parameter, SensorError,
     Settings, StageSpec, TextSpec, WordSpec,
 };
 
@@ -143,6 +143,39 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
+/// Values of the formula of an effect along one of its variables. Others are those of an ON event of a
+/// pixel at rest: light of one half, ages without end, in the middle of the image; patterns are zero.
+///
+/// # Errors
+/// As for a chain with the effect.
+pub fn formula_curve(
+    effect: &EffectConfig,
+    along: &str,
+    at: &[f64],
+) -> Result<Vec<f64>, SensorError> {
+    let settings = SPEC.settings(effect)?;
+    let program = Formula::program(settings.text(&EXPRESSION).unwrap_or("1"), &settings)?;
+    let mut point = [0.0; VARIABLES];
+    for (variable, value) in [
+        (Variable::Light, 0.5),
+        (Variable::Age, MAX_AGE_MS),
+        (Variable::NeighbourAge, MAX_AGE_MS),
+        (Variable::Polarity, 1.0),
+        (Variable::Column, 0.5),
+        (Variable::Row, 0.5),
+    ] {
+        point[variable as usize] = value;
+    }
+    let variable = Variable::ALL.into_iter().find(|variable| variable.name() == along);
+    let value = |x: &f64| {
+        if let Some(variable) = variable {
+            point[variable as usize] = *x as f32;
+        }
+        f64::from(program.value(&point))
+    };
+    Ok(at.iter().map(value).collect())
+}
+
 /// A formula at the stage that it acts at.
 #[derive(Debug)]
 pub enum Formula {
@@ -186,7 +219,7 @@ const OF_FRONT: &[Variable] = &[
 ];
 
 impl Formula {
-    fn read(text: &str, settings: &Settings) -> Result<Self, SensorError> {
+    fn program(text: &str, settings: &Settings) -> Result<Program, SensorError> {
         let stage = settings.word(&STAGE).unwrap_or("threshold");
         let variables = match stage {
             "photocurrent" | "voltage" => OF_FRONT,
@@ -199,12 +232,17 @@ impl Formula {
             let problem = format!("the value {value}; it has to be finite");
             return Err(refused(FormulaFault { column: 1, problem }));
         }
+        Ok(program)
+    }
+
+    fn read(text: &str, settings: &Settings) -> Result<Self, SensorError> {
+        let program = Self::program(text, settings)?;
         let events = |stage| {
             let after_s = settings.number(&AFTER) * 1e-6;
             let place = settings.word(&PLACE).unwrap_or("here");
             Self::Events(EventFormula::new(program.clone(), stage, after_s, place))
         };
-        Ok(match stage {
+        Ok(match settings.word(&STAGE).unwrap_or("threshold") {
             "photocurrent" => Self::Front(FrontFormula::new(program, Domain::Photodiode)),
             "voltage" => Self::Front(FrontFormula::new(program, Domain::Photoreceptor)),
             "refractory" => Self::Pixels(PixelFormula::new(program, PixelQuantity::Refractory)),

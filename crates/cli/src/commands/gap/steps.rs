@@ -117,6 +117,9 @@ pub(super) fn correct(args: &CorrectArgs) -> Result<Answer> {
             Answer::Partial => "the model with what explains a part of the gap",
             Answer::NoGap => "nothing to correct: the model as given",
             Answer::Undecided => "undecided: the model with one of the candidates that would do",
+            Answer::NoneOfCatalogue if !result.added_effects.is_empty() => {
+                "no effect is named: the model with a formula for what is missing"
+            }
             Answer::Parameter | Answer::NoneOfCatalogue => {
                 "no effect is named: the model with its parameters refitted"
             }
