@@ -2,11 +2,12 @@
 //! camera below, which shares no code with the sensor model.
 //!
 //! ```text
-//! cargo run --release -p evpose-gap --example hidden_formulas -- benches/gap/formulas.md [NAME ...]
+//! cargo run --release -p evpose-gap --example hidden_formulas -- benches/gap/formulas.md [few] [NAME ...]
 //! ```
 //!
 //! writes a row for each hidden effect: what was named, the formula, and the gap that is left on a second
-//! scene as a share of the gap before. With names, of these alone.
+//! scene as a share of the gap before. With names, of these alone; with `few`, only the effects of the
+//! catalogue that are nearest to what is hidden are tried before.
 
 #![allow(clippy::print_stderr, reason = "a program for the terminal")]
 
@@ -16,12 +17,12 @@ use std::fmt::Write as _;
 use evpose_core::{Event, EventStream, Micros, Plane, Polarity, SensorSize};
 use evpose_gap::LightSequence;
 use evpose_gap::workflow::{ComparisonCase, HeldOut, Inputs, Prepared, findings_of_answer};
-use evpose_sensor::SensorConfig;
+use evpose_sensor::{STAGES, SensorConfig};
 
-const WIDTH: usize = 32;
-const HEIGHT: usize = 24;
+const WIDTH: usize = 24;
+const HEIGHT: usize = 18;
 const FPS: f64 = 500.0;
-const FRAMES: usize = 300;
+const FRAMES: usize = 250;
 /// Thresholds, those of the model.
 const THRESHOLD: f64 = 0.2;
 /// Light that the model adds before the logarithm.
@@ -39,17 +40,33 @@ const HIDDEN: [&str; 8] = [
     "rolling exposure",
 ];
 
+/// Effects of the catalogue that are tried with `few`.
+const FEW: [&str; 8] = [
+    "formula",
+    "threshold_mismatch",
+    "hysteresis",
+    "refractory",
+    "shot_noise_poisson",
+    "veiling_glare",
+    "dead_pixels",
+    "pixel_latency",
+];
+
 fn main() -> Result<(), Box<dyn Error>> {
     let mut args = std::env::args().skip(1);
     let file = args.next().ok_or("which file is to be written?")?;
-    let names: Vec<String> = args.collect();
+    let mut names: Vec<String> = args.collect();
+    let is_few = names.first().is_some_and(|name| name == "few");
+    names.drain(..usize::from(is_few));
     let mut table = String::from(
         "| hidden | answer | names and parameters | formula | gap before | gap left | share |\n\
          |---|---|---|---|---|---|---|\n",
     );
     let mut shares = Vec::new();
-    for hidden in HIDDEN.into_iter().filter(|one| names.is_empty() || names.iter().any(|n| n == one)) {
-        let (row, share) = found(hidden)?;
+    for hidden in
+        HIDDEN.into_iter().filter(|one| names.is_empty() || names.iter().any(|n| n == one))
+    {
+        let (row, share) = found(hidden, is_few)?;
         eprintln!("{row}");
         writeln!(table, "{row}")?;
         shares.push(share);
@@ -61,17 +78,19 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// A row of the table, and the share of the gap that is left.
-fn found(hidden: &str) -> Result<(String, f64), Box<dyn Error>> {
+fn found(hidden: &str, is_few: bool) -> Result<(String, f64), Box<dyn Error>> {
     let case = |seed: u64| -> Result<ComparisonCase, Box<dyn Error>> {
         let scene = scene(seed)?;
         Ok(ComparisonCase::new(&recorded(hidden, &scene, seed)?, scene)?)
     };
+    let of_catalogue = STAGES.iter().map(|stage| stage.name.to_owned());
+    let left_out = of_catalogue.filter(|name| is_few && !FEW.contains(&name.as_str())).collect();
     let prepared = Prepared::new(Inputs {
         train: case(1)?,
         held_out: HeldOut::Recording(case(2)?),
         model: SensorConfig::default(),
         nominal: None,
-        left_out: Vec::new(),
+        left_out,
         seed: 3,
         is_quick: true,
     })?;
@@ -103,7 +122,7 @@ fn light(seed: u64, x: f64, y: f64, t_s: f64) -> f64 {
     let (u, v) = (c * x + s * y, c * y - s * x);
     let gratings = 0.12 * (0.55 * u - 22.0 * t_s).sin() + 0.08 * (0.35 * v + 15.0 * t_s).sin();
     let angle = 9.0 * t_s + turn;
-    let (dx, dy) = (x - 16.0 - 8.0 * angle.cos(), y - 12.0 - 6.0 * angle.sin());
+    let (dx, dy) = (x - 12.0 - 6.0 * angle.cos(), y - 9.0 - 4.0 * angle.sin());
     0.25 + gratings + 0.5 * (-(dx * dx + dy * dy) / 12.0).exp()
 }
 
@@ -209,8 +228,10 @@ fn crossings(hidden: &str, pixel: usize, logs: &[f64]) -> Vec<Spike> {
         let v = |t_s: f64| pair[0] + (pair[1] - pair[0]) * (t_s - start_s) / step_s;
         // Twenty parts of a frame, in each of which a crossing is found on a line.
         for part in 0..20 {
-            let (from_s, to_s) =
-                (start_s + step_s * f64::from(part) / 20.0, start_s + step_s * f64::from(part + 1) / 20.0);
+            let (from_s, to_s) = (
+                start_s + step_s * f64::from(part) / 20.0,
+                start_s + step_s * f64::from(part + 1) / 20.0,
+            );
             if to_s <= free_s {
                 continue;
             }

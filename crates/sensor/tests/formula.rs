@@ -5,7 +5,7 @@
 mod support;
 
 use evpose_core::{Event, Polarity};
-use evpose_sensor::{EffectConfig, SensorConfig, SensorModel};
+use evpose_sensor::{EffectConfig, SensorConfig, SensorError, SensorModel, formula_curve};
 use support::*;
 
 fn formula(stage: &str, expression: &str) -> EffectConfig {
@@ -193,7 +193,7 @@ fn photocurrent_and_voltage_are_what_the_formula_says() {
     );
     // A gain on the light of time is an offset of the voltage: one event per 0.2 of both.
     for effect in [
-        formula("photocurrent", "(light + 0.001)*exp(2*time_s) - 0.001"),
+        formula("photocurrent", "(light + 0.001)*exp(2*min(time_s, 1)) - 0.001"),
         formula("voltage", "2*time_s"),
     ] {
         let mut run = sensor(&[effect], size(2, 1), 1);
@@ -249,4 +249,30 @@ fn formulas_do_not_depend_on_threads() {
             }
         }
     }
+}
+
+#[test]
+fn what_is_no_formula_is_refused_with_what_there_is() {
+    let refusal = |stage: &str, expression: &str| {
+        let config = SensorConfig { effects: vec![formula(stage, expression)] };
+        let error = SensorModel::from_config(&config).unwrap_err();
+        assert!(matches!(error, SensorError::Formula { .. }), "{error}");
+        error.to_string()
+    };
+    let unknown = refusal("loss", "0.1 + lght");
+    assert!(unknown.starts_with("effect `formula`: `expression` = \"0.1 + lght\""), "{unknown}");
+    assert!(unknown.contains("stage `loss`, column 7") && unknown.contains("neighbour_age_ms"));
+    // Light knows of no events.
+    let of_events = refusal("photocurrent", "light*exp(-age_ms/3)");
+    assert!(of_events.contains("column 12: unknown name `age_ms`"), "{of_events}");
+    let infinite = refusal("threshold", "1/light");
+    assert!(infinite.contains("is inf at light = 0; it has to be finite"), "{infinite}");
+}
+
+#[test]
+fn a_curve_is_the_formula_along_a_variable() {
+    let decaying = formula("threshold", "1 + a*exp(-age_ms/b)").with("a", 0.5).with("b", 30.0);
+    let curve = formula_curve(&decaying, "age_ms", &[0.0, 30.0]).unwrap();
+    assert_near(curve[0], 1.5, 1e-6);
+    assert_near(curve[1], 1.0 + 0.5 * f64::exp(-1.0), 1e-6);
 }

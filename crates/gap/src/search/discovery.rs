@@ -110,8 +110,7 @@ impl Forward<'_> {
         selection: &Selection,
     ) -> Result<Vec<ScreenedTrial>, GapError> {
         let screen = &self.splits.screen;
-        let base =
-            ScreeningBase::new(screen, self.estimates, model, selection.free_parameters())?;
+        let base = ScreeningBase::new(screen, self.estimates, model, selection.free_parameters())?;
         let screened = |trial: Trial| {
             let (strengths, is_rising) = trial.rising();
             let strengths: Vec<f64> = strengths.into_iter().step_by(STRIDE).collect();

@@ -3,10 +3,10 @@
 //! Each is a variant of the effect `formula` at one stage, with its amplitude and one more constant at
 //! most. A term has an entry of its own in the manner of the catalogue, since ranges depend on the stage.
 
+use evpose_sensor::{Citation, Probe};
 use evpose_sensor::{
     Domain, EffectConfig, NumberSpec, Parameter, STAGES, Scale, Signature, StageSpec, Strength,
 };
-use evpose_sensor::{Citation, Probe};
 
 use crate::candidate::Trial;
 
@@ -29,7 +29,13 @@ pub(crate) struct Term {
 
 const fn a(low: f64, high: f64, scale: Scale) -> Parameter {
     let typical = Some((low, high));
-    Parameter::Number(NumberSpec { name: "a", range: (low, high), typical, scale, ..NumberSpec::LOG })
+    Parameter::Number(NumberSpec {
+        name: "a",
+        range: (low, high),
+        typical,
+        scale,
+        ..NumberSpec::LOG
+    })
 }
 
 const fn b(low: f64, high: f64) -> Parameter {
@@ -39,7 +45,13 @@ const fn b(low: f64, high: f64) -> Parameter {
 
 const fn after(low: f64, high: f64) -> Parameter {
     let (range, typical) = ((low, high), Some((low, high)));
-    Parameter::Number(NumberSpec { name: "after_us", unit: "us", range, typical, ..NumberSpec::LOG })
+    Parameter::Number(NumberSpec {
+        name: "after_us",
+        unit: "us",
+        range,
+        typical,
+        ..NumberSpec::LOG
+    })
 }
 
 /// Delay of an echo in the pixel of the event, and in one next to it.
@@ -60,9 +72,9 @@ const SHARE: Parameter = a(0.005, 0.95, Scale::Log);
 const RATE: Parameter = a(0.05, 500.0, Scale::Log);
 /// Time, us.
 const TIME: Parameter = a(50.0, 1e5, Scale::Log);
-/// Part of the light in a ghost, and drift of its logarithm per second.
+/// Part of the light in a ghost, and drift of its gain per second.
 const GHOST: Parameter = a(0.002, 0.5, Scale::Log);
-const DRIFT: Parameter = a(-3.0, 3.0, Scale::Linear);
+const DRIFT: Parameter = a(-0.8, 3.0, Scale::Linear);
 /// Time constant, ms.
 const DECAY: Parameter = b(0.3, 300.0);
 
@@ -88,7 +100,9 @@ const fn term(
         params,
         source: Citation { key: "", text: "" },
         signature,
-        build: |_| STAGES[STAGES.iter().position(|s| s.name == FORMULA).unwrap_or(0)].typical_stage(),
+        build: |_| {
+            STAGES[STAGES.iter().position(|s| s.name == FORMULA).unwrap_or(0)].typical_stage()
+        },
     };
     Term { stage, expression, place: "", variable, reading, spec }
 }
@@ -111,11 +125,7 @@ const fn loss(
     term("loss", expression, variable, params, Domain::Readout, reading)
 }
 
-const fn echo(
-    place: &'static str,
-    params: &'static [Parameter],
-    reading: &'static str,
-) -> Term {
+const fn echo(place: &'static str, params: &'static [Parameter], reading: &'static str) -> Term {
     Term { place, ..term("echo", "a", "", params, Domain::Readout, reading) }
 }
 
@@ -143,12 +153,7 @@ pub(crate) static TERMS: &[Term] = &[
         &[SIGNED, DECAY],
         "changes behind events of neighbours: crosstalk over the supply?",
     ),
-    threshold(
-        "1 + a*patch",
-        "patch",
-        &[SPREAD],
-        "alike in neighbours: gradients over the die?",
-    ),
+    threshold("1 + a*patch", "patch", &[SPREAD], "alike in neighbours: gradients over the die?"),
     threshold("1 + a*(column - 0.5)", "column", &[SIGNED], "changes over the columns: a gradient?"),
     threshold("1 + a*(row - 0.5)", "row", &[SIGNED], "changes over the rows: a gradient?"),
     threshold("1 + a*light", "light", &[SIGNED], "changes with light: gain of the photoreceptor?"),
@@ -187,13 +192,13 @@ pub(crate) static TERMS: &[Term] = &[
         &[SHARE, BEYOND],
         "in some columns: bad contacts?",
     ),
+    loss("a*step(row_noise - b)", "row_noise", &[SHARE, BEYOND], "in some rows: bad contacts?"),
     loss(
-        "a*step(row_noise - b)",
-        "row_noise",
-        &[SHARE, BEYOND],
-        "in some rows: bad contacts?",
+        "a*exp(-age_ms/b)",
+        "age_ms",
+        &[SHARE, DECAY],
+        "behind events of the pixel: a busy latch?",
     ),
-    loss("a*exp(-age_ms/b)", "age_ms", &[SHARE, DECAY], "behind events of the pixel: a busy latch?"),
     loss(
         "a*exp(-neighbour_age_ms/b)",
         "neighbour_age_ms",
@@ -242,7 +247,7 @@ pub(crate) static TERMS: &[Term] = &[
     ),
     term(
         "photocurrent",
-        "light*exp(a*time_s)",
+        "light*(1 + a*time_s)",
         "time_s",
         &[DRIFT],
         Domain::Photodiode,
@@ -271,7 +276,8 @@ impl Term {
     /// The term that an effect is, if it is one.
     pub(crate) fn of(effect: &EffectConfig) -> Option<&'static Self> {
         let is = |term: &&Self, key: &str, word: &str| {
-            effect.params.get(key) == Some(&word.into()) || (word.is_empty() && term.place.is_empty())
+            effect.params.get(key) == Some(&word.into())
+                || (word.is_empty() && term.place.is_empty())
         };
         TERMS.iter().find(|term| {
             is(term, "stage", term.stage)

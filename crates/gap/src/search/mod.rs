@@ -47,11 +47,11 @@ mod swap_move;
 
 pub use budget::Budget;
 pub use decision::{excess_closed, gap_closed, is_within_tolerance};
+pub(crate) use formula_terms::{FORMULA, Term};
 pub use identification::{
     AddedEffect, ChangedParameter, Contender, DataSplits, ExplainedFraction, FittedCandidate,
     Identification, Left, ModelScore,
 };
-pub(crate) use formula_terms::{FORMULA, Term};
 pub(crate) use recording_marks::common_period_us;
 
 /// Receives a line of text at the beginning of each stage of the search.

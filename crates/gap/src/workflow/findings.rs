@@ -13,9 +13,9 @@ use std::collections::BTreeMap;
 
 use evpose_sensor::SensorConfig;
 
-use super::found_formula::found_formula;
 use super::calibration::{CALIBRATION, FindingEvidence, ParameterOwner};
 use super::errors::{RawError, errors};
+use super::found_formula::found_formula;
 use crate::GapError;
 use crate::free_parameter::FreeParameter;
 use crate::parameters::{ModelParameter, same_as};
@@ -101,7 +101,12 @@ fn effect_finding<'a>(
         probability: is_effect.then(|| CALIBRATION.probability(&evidence)),
         confusable_with: confusable.map(str::to_owned).collect(),
         explained: Some(explained(&added.explained)),
-        formula: result.after.model.effect(FORMULA).filter(|_| kind == FindingKind::Formula).and_then(found_formula),
+        formula: result
+            .after
+            .model
+            .effect(FORMULA)
+            .filter(|_| kind == FindingKind::Formula)
+            .and_then(found_formula),
     };
     EvidencedFinding { finding, evidence: Some(evidence), errors }
 }

@@ -49,8 +49,7 @@ fn with_values(expression: &str, effect: &EffectConfig) -> String {
                 let digits = usize::try_from(2 - exponent).unwrap_or(0);
                 let value = format!("{value:.digits$}");
                 // A sign would stand beside another one.
-                written +=
-                    &if value.starts_with('-') { format!("({value})") } else { value };
+                written += &if value.starts_with('-') { format!("({value})") } else { value };
             }
             _ => written += word,
         }

@@ -98,8 +98,7 @@ pub fn outcome(
     progress("estimates with their intervals");
     let findings = evidence_of_answer(splits, result)?;
     let evidence = AnswerEvidence::new(splits, result, &findings);
-    let effects: Vec<Finding> =
-        findings.into_iter().map(|evidenced| evidenced.finding).collect();
+    let effects: Vec<Finding> = findings.into_iter().map(|evidenced| evidenced.finding).collect();
     progress("detection limits");
     // On the screening part: a direction takes a simulation for every effect and strength.
     let directions = Directions::simulate(&splits.screen, given, &prepared.left_out)?;

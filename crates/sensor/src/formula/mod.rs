@@ -58,8 +58,8 @@ use variable::{MAX_AGE_MS, VARIABLES, Variable};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::{
-    Citation, Domain, EffectConfig, LINEAR_OFF_AT_ZERO, LOG_OFF_AT_ZERO, NumberSpec, Parameter, SensorError,
-    Settings, StageSpec, TextSpec, WordSpec,
+    Citation, Domain, EffectConfig, LINEAR_OFF_AT_ZERO, LOG_OFF_AT_ZERO, NumberSpec, Parameter,
+    SensorError, Settings, StageSpec, TextSpec, WordSpec,
 };
 
 const STAGE: Parameter = Parameter::Word(WordSpec {
@@ -261,32 +261,5 @@ impl Formula {
             Self::Pixels(_) => Domain::Detector,
             Self::Events(_) => Domain::Readout,
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use crate::{EffectConfig, SensorConfig, SensorError, SensorModel};
-
-    fn refusal(stage: &str, expression: &str) -> String {
-        let effect = EffectConfig::new("formula").with("stage", stage);
-        let config = SensorConfig { effects: vec![effect.with("expression", expression)] };
-        let error = SensorModel::from_config(&config).unwrap_err();
-        assert!(matches!(error, SensorError::Formula { .. }));
-        error.to_string()
-    }
-
-    #[test]
-    fn what_is_no_formula_is_refused_with_what_there_is() {
-        let unknown = refusal("loss", "0.1 + lght");
-        assert!(
-            unknown.starts_with("effect `formula`: `expression` = \"0.1 + lght\""),
-            "{unknown}"
-        );
-        assert!(unknown.contains("stage `loss`, column 7") && unknown.contains("neighbour_age_ms"));
-        // Light knows of no events.
-        assert!(refusal("photocurrent", "light*exp(-age_ms/3)").contains("column 11"));
-        let infinite = refusal("threshold", "1/light");
-        assert!(infinite.contains("is inf at light = 0; it has to be finite"), "{infinite}");
     }
 }

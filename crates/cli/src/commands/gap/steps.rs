@@ -3,7 +3,7 @@
 use anyhow::{Context, Result};
 use evpose_core::{Micros, TimeWindow, seed_for};
 use evpose_gap::search::{DataSplits, Identification};
-use evpose_gap::verdict::Answer;
+use evpose_gap::verdict::{Answer, FoundFormula};
 use evpose_gap::workflow::{
     Directions, Prepared, ablation, answer_score, findings_of_answer, limits, prepared,
 };
@@ -85,6 +85,10 @@ pub(super) fn name(args: &InputArgs) -> Result<Answer> {
     with_name(args, |_, splits, result| {
         for finding in findings_of_answer(splits, result)? {
             say(format!("  {}: {}", finding.name, words::parameters(&finding)));
+            if let Some(formula) = &finding.formula {
+                let FoundFormula { stage, expression, reading, .. } = formula;
+                say(format!("    {stage} = {expression}: {reading}"));
+            }
             if let Some(explained) = finding.explained {
                 say(format!(
                     "    explains {} of the gap alone, {} beside the others",

@@ -94,9 +94,13 @@ pub fn meaning(verdict: &Verdict) -> String {
         Answer::Partial => format!("{does}. That is a part of the gap, not all. {closes}"),
         Answer::NoneOfCatalogue if verdict.effects.iter().any(|f| f.formula.is_some()) => {
             let laws = verdict.effects.iter().filter_map(|finding| finding.formula.as_ref());
-            let laws = laws.map(|law| format!("{} = {}: {}", law.stage, law.expression, law.reading));
+            let laws =
+                laws.map(|law| format!("{} = {}: {}", law.stage, law.expression, law.reading));
             let laws: Vec<String> = laws.collect();
-            format!("No effect that is known explains it, but a formula does: {}. {closes}", laws.join("; "))
+            format!(
+                "No effect that is known explains it, but a formula does: {}. {closes}",
+                laws.join("; ")
+            )
         }
         Answer::NoneOfCatalogue => format!(
             "{differ} No effect that is known explains anything significant of it.{}",
