@@ -66,7 +66,6 @@ pub(super) fn finding() -> Finding {
     Finding {
         name: String::new(),
         kind: FindingKind::Effect,
-        formula: None,
         parameters: BTreeMap::new(),
         probability: Some(0.99),
         confusable_with: Vec::new(),

@@ -2,7 +2,6 @@
 
 use super::decision::{Worth, decide, fraction_left};
 use super::elimination::Dropped;
-use super::formula_terms::FORMULA;
 use super::identification::{
     AddedEffect, ChangedParameter, Contender, DataSplits, ExplainedFraction, FittedCandidate,
     Identification, Left, ModelScore,
@@ -87,15 +86,9 @@ pub(super) fn explain(
     // too.
     let left = unexplained(&splits.held_out, &after.model)?;
     let fraction = fraction_left(&before, &after, &left);
-    // A formula is no name.
-    let named = added_effects.iter().filter(|added| added.name() != FORMULA);
-    let confusable: Vec<usize> = named.map(|added| added.confusable.len()).collect();
-    let has_formula = confusable.len() < added_effects.len();
+    let confusable: Vec<usize> = added_effects.iter().map(|added| added.confusable.len()).collect();
     Ok(Identification {
-        answer: match decide(&confusable, changed_parameters.len(), &after, fraction) {
-            Answer::NoGap if has_formula => Answer::NoneOfCatalogue,
-            answer => answer,
-        },
+        answer: decide(&confusable, changed_parameters.len(), &after, fraction),
         before,
         refitted,
         added_effects,

@@ -229,12 +229,4 @@ pub(super) static EFFECTS: &[SearchSpec] = &[
     SearchSpec { effect: "exposure_blur", role: StageRole::Scene, ..PLAIN },
     SearchSpec { effect: "pixel_latency", same_as: Some(CommonParameter::ClockOffset), ..PLAIN },
     SearchSpec { effect: "hot_pixels", mark: Some(RecordingMark::HotPixels), ..PLAIN },
-    SearchSpec {
-        effect: "formula",
-        hidden_by: &[
-            (SceneSource::Frames, "a formula could follow the errors of the frames"),
-            (SceneSource::Poses, "a formula could follow the errors of the appearance"),
-        ],
-        ..PLAIN
-    },
 ];

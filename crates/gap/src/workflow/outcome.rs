@@ -18,7 +18,7 @@ use crate::search::{
     Contender, DataSplits, Identification, ModelScore, StageCallback, gap_closed,
     is_within_tolerance,
 };
-use crate::verdict::{Answer, Finding, FoundFormula, SCHEMA, TwoSample, Unexplained, Verdict};
+use crate::verdict::{Answer, Finding, SCHEMA, TwoSample, Unexplained, Verdict};
 use crate::{GapError, Objective, View};
 
 /// Replicates for the p-value of the largest deviation, in full and in quick runs.
@@ -75,9 +75,7 @@ fn evidence_of_answer(
     result: &Identification,
 ) -> Result<Vec<EvidencedFinding>, GapError> {
     match result.answer {
-        Answer::NoGap => Ok(Vec::new()),
-        // At most a formula, which is no name.
-        Answer::NoneOfCatalogue if result.added_effects.is_empty() => Ok(Vec::new()),
+        Answer::NoGap | Answer::NoneOfCatalogue => Ok(Vec::new()),
         _ => evidenced_findings(splits, result),
     }
 }
@@ -98,7 +96,7 @@ pub fn outcome(
     progress("estimates with their intervals");
     let findings = evidence_of_answer(splits, result)?;
     let evidence = AnswerEvidence::new(splits, result, &findings);
-    let effects: Vec<Finding> = findings.into_iter().map(|evidenced| evidenced.finding).collect();
+    let effects = findings.into_iter().map(|evidenced| evidenced.finding).collect();
     progress("detection limits");
     // On the screening part: a direction takes a simulation for every effect and strength.
     let directions = Directions::simulate(&splits.screen, given, &prepared.left_out)?;
@@ -125,8 +123,6 @@ pub fn outcome(
         "the search ended because its time (--budget) was over: there may be further effects"
             .to_owned()
     });
-    let formulas: Vec<String> =
-        findings_with_formula(&effects).map(FoundFormula::sentence).collect();
     let verdict = Verdict {
         schema: SCHEMA,
         verdict: result.answer,
@@ -142,7 +138,7 @@ pub fn outcome(
         untestable: limits.untestable,
         c2st_before: Some(c2st_before),
         c2st_after: Some(c2st_after),
-        notes: prepared.notes.iter().cloned().chain(cut).chain(formulas).collect(),
+        notes: prepared.notes.iter().cloned().chain(cut).collect(),
     };
     let sets = [("measured", &held_out.events), ("model", &runs[0]), ("corrected", &corrected[0])];
     let report = ReportData {
@@ -160,10 +156,6 @@ pub fn outcome(
         ..statistics(held_out, given, &after.model, &verdict, seed)?
     };
     Ok(Outcome { verdict, evidence, corrected: after.model.clone(), report })
-}
-
-fn findings_with_formula(findings: &[Finding]) -> impl Iterator<Item = &FoundFormula> {
-    findings.iter().filter_map(|finding| finding.formula.as_ref())
 }
 
 /// A report with the statistics of all blocks, before and after.

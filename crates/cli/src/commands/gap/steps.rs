@@ -3,7 +3,7 @@
 use anyhow::{Context, Result};
 use evpose_core::{Micros, TimeWindow, seed_for};
 use evpose_gap::search::{DataSplits, Identification};
-use evpose_gap::verdict::{Answer, FoundFormula};
+use evpose_gap::verdict::Answer;
 use evpose_gap::workflow::{
     Directions, Prepared, ablation, answer_score, findings_of_answer, limits, prepared,
 };
@@ -85,10 +85,6 @@ pub(super) fn name(args: &InputArgs) -> Result<Answer> {
     with_name(args, |_, splits, result| {
         for finding in findings_of_answer(splits, result)? {
             say(format!("  {}: {}", finding.name, words::parameters(&finding)));
-            if let Some(formula) = &finding.formula {
-                let FoundFormula { stage, expression, reading, .. } = formula;
-                say(format!("    {stage} = {expression}: {reading}"));
-            }
             if let Some(explained) = finding.explained {
                 say(format!(
                     "    explains {} of the gap alone, {} beside the others",
@@ -121,9 +117,6 @@ pub(super) fn correct(args: &CorrectArgs) -> Result<Answer> {
             Answer::Partial => "the model with what explains a part of the gap",
             Answer::NoGap => "nothing to correct: the model as given",
             Answer::Undecided => "undecided: the model with one of the candidates that would do",
-            Answer::NoneOfCatalogue if !result.added_effects.is_empty() => {
-                "no effect is named: the model with a formula for what is missing"
-            }
             Answer::Parameter | Answer::NoneOfCatalogue => {
                 "no effect is named: the model with its parameters refitted"
             }

@@ -51,13 +51,8 @@ pub(crate) fn named(finding: &Finding) -> String {
     let kind = match finding.kind {
         FindingKind::Effect => "effect",
         FindingKind::Parameter => "parameter of the model",
-        FindingKind::Formula => "formula",
     };
-    // A formula says more than its name.
-    let law = finding.formula.as_ref();
-    let law = law.map(|law| format!("<br>{} = {}", law.stage, escape(&law.expression)));
-    let law = law.unwrap_or_default();
-    format!("<b>{}</b>{law}<br><small>{kind}</small>", escape(&finding.name))
+    format!("<b>{}</b><br><small>{kind}</small>", escape(&finding.name))
 }
 
 /// Its parameters with their intervals, as a cell.

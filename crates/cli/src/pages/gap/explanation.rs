@@ -78,7 +78,7 @@ fn steps(verdict: &Verdict) -> Vec<WaterfallStep> {
     };
     for finding in &verdict.effects {
         let colour = match finding.kind {
-            FindingKind::Effect | FindingKind::Formula => CORRECTED,
+            FindingKind::Effect => CORRECTED,
             FindingKind::Parameter => PARAMETER,
         };
         explain(label(finding), explained::beside_others(finding), colour);

@@ -35,9 +35,6 @@ pub fn headline(verdict: &Verdict) -> String {
                 names => format!("Explained in part, by {names}; {left} of the gap is unexplained"),
             }
         }
-        Answer::NoneOfCatalogue if !of(FindingKind::Formula).is_empty() => {
-            "Something is missing that the catalogue does not hold; a formula is found".to_owned()
-        }
         Answer::NoneOfCatalogue => {
             "Something is missing that the catalogue does not hold".to_owned()
         }
@@ -92,16 +89,6 @@ pub fn meaning(verdict: &Verdict) -> String {
             format!("Other values of the model explain a part of the gap, not all. {closes}")
         }
         Answer::Partial => format!("{does}. That is a part of the gap, not all. {closes}"),
-        Answer::NoneOfCatalogue if verdict.effects.iter().any(|f| f.formula.is_some()) => {
-            let laws = verdict.effects.iter().filter_map(|finding| finding.formula.as_ref());
-            let laws =
-                laws.map(|law| format!("{} = {}: {}", law.stage, law.expression, law.reading));
-            let laws: Vec<String> = laws.collect();
-            format!(
-                "No effect that is known explains it, but a formula does: {}. {closes}",
-                laws.join("; ")
-            )
-        }
         Answer::NoneOfCatalogue => format!(
             "{differ} No effect that is known explains anything significant of it.{}",
             nearest_stage(verdict)
