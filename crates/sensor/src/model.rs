@@ -7,7 +7,7 @@ use evpose_core::SensorSize;
 use crate::chain::{Chain, FrontStage, Link};
 use crate::chain_table::{ChainRow, ChainTable};
 use crate::detector::level_crossing;
-use crate::formula::Formula;
+use crate::formula::kind::Formula;
 use crate::plan::{ExecutionPlan, PixelPath};
 use crate::readout::{self, Readout};
 use crate::{

@@ -99,7 +99,7 @@ impl StageSpec {
             Strength::Rising(names) | Strength::Falling(names) => Some(names),
             Strength::RisingAlone(_) => None,
             Strength::Unchanging => return false,
-            // Numbers and words only complete what files and texts say.
+            // Values and words only complete what files and texts say.
             Strength::FromFiles => {
                 let says =
                     |setting: &Setting| matches!(setting, Setting::File(..) | Setting::Text(..));

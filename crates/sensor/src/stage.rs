@@ -14,7 +14,7 @@ use crate::Domain;
 use crate::background::BackgroundStage;
 use crate::clock::ClockStage;
 use crate::detector::{ChangeDetector, PixelTerm};
-use crate::formula::Formula;
+use crate::formula::kind::Formula;
 use crate::optics::AdaptiveSteps;
 use crate::photoreceptor::Photoreceptor;
 use crate::readout::Readout;

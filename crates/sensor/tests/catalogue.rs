@@ -90,7 +90,7 @@ fn strengths_name_parameters_of_their_effect() {
         let (Strength::Rising(names) | Strength::RisingAlone(names) | Strength::Falling(names)) =
             spec.signature.strength
         else {
-            // What files or a text say may have numbers that complete it.
+            // Files and texts may have values that complete them.
             let says = |p: &Parameter| p.as_file().is_some() || p.as_text().is_some();
             let is_said = spec.params.iter().any(says);
             assert!(is_said || spec.number_params().count() == 0, "{}", spec.name);

@@ -26,14 +26,14 @@ fn waves(effects: &[EffectConfig]) -> Vec<Event> {
 
 /// The same events of every pixel, at times that are rounded differently at most.
 #[track_caller]
-fn assert_alike(found: &[Event], expected: &[Event]) {
+fn assert_alike(actual: &[Event], expected: &[Event]) {
     let by_pixel = |events: &[Event]| {
         let mut events = events.to_vec();
         events.sort_by_key(|e| (e.y, e.x, e.t));
         events
     };
-    assert_eq!(found.len(), expected.len());
-    for (a, b) in by_pixel(found).iter().zip(&by_pixel(expected)) {
+    assert_eq!(actual.len(), expected.len());
+    for (a, b) in by_pixel(actual).iter().zip(&by_pixel(expected)) {
         assert_eq!((a.x, a.y, a.polarity), (b.x, b.y, b.polarity));
         assert!((a.t.0 - b.t.0).abs() <= 1, "{a:?} {b:?}");
     }

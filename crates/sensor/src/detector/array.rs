@@ -23,6 +23,7 @@ use evpose_cpu::ThreadPool;
 use super::band::Scanned;
 use super::pixel::{Cell, PixelTraits, RefractoryState};
 use super::term::{NoiseEvent, TermTable};
+use super::threshold_mismatch::MIN_THRESHOLD;
 use super::varying::Varying;
 use crate::chain::Chain;
 use crate::formula;
@@ -143,7 +144,11 @@ impl PixelArray {
         }
         if let Some(formula) = chain.formula.as_ref().filter(|formula| formula.is_pattern()) {
             let noise = StageNoise::at_tick(self.formula_key, PATTERN_TICK);
-            formula.make_pattern(self.size, noise, &mut self.traits);
+            for (traits, [on, off]) in self.traits.iter_mut().zip(formula.pattern(self.size, noise))
+            {
+                traits.threshold_on = (traits.threshold_on * on).max(MIN_THRESHOLD);
+                traits.threshold_off = (traits.threshold_off * off).max(MIN_THRESHOLD);
+            }
         }
         self.has_dead = self.traits.iter().any(|traits| traits.is_dead);
         // Tables come last: they depend on the thresholds and dead pixels of all patterns.

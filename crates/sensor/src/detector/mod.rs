@@ -42,7 +42,6 @@ pub(crate) use array::PixelArray;
 pub(crate) use band::Band;
 pub use pixel::{PixelStep, PixelTraits};
 pub use term::{NoiseEvent, PixelTerm, Recovery, TermTable};
-pub(crate) use threshold_mismatch::MIN_THRESHOLD;
 
 /// Compares the voltage of a pixel with the one it remembers.
 pub trait ChangeDetector: Send + Sync + Debug {

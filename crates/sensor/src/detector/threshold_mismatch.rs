@@ -17,7 +17,7 @@ use crate::{
     Citation, Domain, LINEAR_OFF_AT_ZERO, LOG_OFF_AT_ZERO, NumberSpec, Parameter, StageSpec, Traits,
 };
 
-pub(crate) const MIN_THRESHOLD: f32 = 0.01;
+pub(super) const MIN_THRESHOLD: f32 = 0.01;
 
 const SIGMA: Parameter = Parameter::Number(NumberSpec {
     name: "sigma",

@@ -24,7 +24,7 @@ use crate::formula::variable::{MAX_AGE_MS, Patterns, Point, VARIABLES, Variable}
 use crate::formula::{Input, Inputs};
 use crate::tick::Tick;
 
-/// What the formula of a pixel needs to know of it.
+/// State of a pixel that formulas depend on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct VaryingCell {
     /// Time of the last event, seconds.

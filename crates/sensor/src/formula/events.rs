@@ -7,7 +7,7 @@ use super::{Input, Inputs, Program};
 use crate::tick::Tick;
 use crate::{Origin, Request, request};
 
-/// What becomes of events.
+/// Change of the events.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum EventStage {
     Loss,
@@ -102,7 +102,7 @@ impl EventFormula {
         memory: &mut EventMemory,
         noise: StageNoise,
     ) {
-        memory.see(tick, light);
+        memory.observe(tick, light);
         request::sort(events);
         let mut further = Vec::new();
         events.retain_mut(|event| {
@@ -204,7 +204,7 @@ impl EventFormula {
 }
 
 impl EventMemory {
-    fn see(&mut self, tick: &Tick, light: &[f32]) {
+    fn observe(&mut self, tick: &Tick, light: &[f32]) {
         // What cannot be light is darkness, as in front.
         let repaired = light.iter().map(|y| if y.is_finite() { y.max(0.0) } else { 0.0 });
         if self.light.is_empty() || tick.dt_s() <= 0.0 {

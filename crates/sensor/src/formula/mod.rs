@@ -42,11 +42,13 @@
 pub(crate) mod events;
 mod expression;
 pub(crate) mod front;
+pub(crate) mod kind;
 pub(crate) mod pixels;
 mod program;
 pub(crate) mod variable;
 
 pub use expression::FormulaFault;
+pub use kind::Formula;
 pub(crate) use program::{Input, Inputs, Program};
 
 use events::{EventFormula, EventStage};
@@ -83,7 +85,7 @@ const STAGE: Parameter = Parameter::Word(WordSpec {
 const EXPRESSION: Parameter = Parameter::Text(TextSpec {
     name: "expression",
     example: "0.5 + 0.2*light",
-    doc: "the formula: numbers, the constants a and b, the variables light, d_light, age_ms, \
+    doc: "the formula: figures, the constants a and b, the variables light, d_light, age_ms, \
           neighbour_age_ms, polarity, last_polarity, time_s, column, row, pixel, patch, \
           column_noise, row_noise and ghost as far as the stage has them, + - * / ^, brackets, exp, \
           log, sqrt, abs, sin, cos, min, max and step",
@@ -176,17 +178,6 @@ pub fn formula_curve(
     Ok(at.iter().map(value).collect())
 }
 
-/// A formula at the stage that it acts at.
-#[derive(Debug)]
-pub enum Formula {
-    /// Acts on light or voltage.
-    Front(FrontFormula),
-    /// Acts on thresholds or refractory periods of pixels.
-    Pixels(PixelFormula),
-    /// Acts on events that are read out.
-    Events(EventFormula),
-}
-
 /// Variables of pixels and of events.
 const OF_PIXELS: &[Variable] = &[
     Variable::Light,
@@ -252,14 +243,5 @@ impl Formula {
             "delay" => events(EventStage::Delay),
             _ => Self::Pixels(PixelFormula::new(program, PixelQuantity::Threshold)),
         })
-    }
-
-    /// Place of the formula in the signal path.
-    pub fn domain(&self) -> Domain {
-        match self {
-            Self::Front(front) => front.domain(),
-            Self::Pixels(_) => Domain::Detector,
-            Self::Events(_) => Domain::Readout,
-        }
     }
 }

@@ -5,7 +5,7 @@ use evpose_core::{SensorSize, StageNoise};
 use super::Program;
 use super::variable::{Patterns, VARIABLES, Variable};
 use crate::Traits;
-use crate::detector::{PixelTraits, Recovery};
+use crate::detector::Recovery;
 
 /// Quantity of a pixel that a formula gives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -55,24 +55,17 @@ impl PixelFormula {
         Traits { is_static: is_pattern, varies: !is_pattern, recovery, ..Traits::default() }
     }
 
-    /// Multiplies the thresholds of all pixels by a fixed pattern.
-    pub(crate) fn make_pattern(
-        &self,
-        size: SensorSize,
-        noise: StageNoise,
-        pixels: &mut [PixelTraits],
-    ) {
+    /// Factors of the ON and the OFF threshold of every pixel that are a fixed pattern.
+    pub(crate) fn pattern(&self, size: SensorSize, noise: StageNoise) -> Vec<[f32; 2]> {
         let patterns = Patterns::new(|variable| self.program.uses(variable), size, noise);
-        for (pixel, traits) in pixels.iter_mut().enumerate() {
+        let of_pixel = |pixel| {
             let mut point = [0.0; VARIABLES];
             patterns.set(pixel, &mut point);
-            for (sign, threshold) in
-                [(1.0, &mut traits.threshold_on), (-1.0, &mut traits.threshold_off)]
-            {
+            [1.0, -1.0].map(|sign| {
                 point[Variable::Polarity as usize] = sign;
-                let factor = bounded(self.program.value(&point));
-                *threshold = (*threshold * factor).max(crate::detector::MIN_THRESHOLD);
-            }
-        }
+                bounded(self.program.value(&point))
+            })
+        };
+        (0..size.pixels()).map(of_pixel).collect()
     }
 }

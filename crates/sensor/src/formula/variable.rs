@@ -30,7 +30,7 @@ pub(crate) type Point = [f32; VARIABLES];
 /// Age of a pixel without an event so far, and the largest one, ms.
 pub(crate) const MAX_AGE_MS: f32 = 1e4;
 
-/// Distance of the independent numbers that `patch` lies between, pixels.
+/// Distance of the independent values that `patch` lies between, pixels.
 const PATCH_PX: usize = 8;
 
 impl Variable {
@@ -110,7 +110,7 @@ impl Variable {
     }
 }
 
-/// Bilinear interpolation between normal numbers on a grid, at a variance of one everywhere.
+/// Bilinear interpolation between normal values on a grid, at a variance of one everywhere.
 fn patch(x: usize, y: usize, width: usize, noise: StageNoise) -> f32 {
     let across = width / PATCH_PX + 2;
     let at = |column: usize, row: usize| noise.normal(row * across + column, 1);
@@ -173,7 +173,7 @@ mod tests {
             let pairs = plane.iter().zip(&plane[lag..]).map(|(a, b)| f64::from(a * b));
             pairs.sum::<f64>() / plane.len() as f64
         };
-        // 4,096 independent numbers: a variance is known to 2 %.
+        // 4,096 independent values: a variance is known to 2 %.
         assert!((mean(0) - 1.0).abs() < 0.1, "{}", mean(0));
         assert!(mean(1) > 0.9 && mean(4 * PATCH_PX).abs() < 0.1, "{} {}", mean(1), mean(32));
     }
