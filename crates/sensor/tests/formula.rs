@@ -152,8 +152,7 @@ fn a_loss_takes_its_share_of_the_events() {
 fn an_echo_comes_after_its_event_at_its_place() {
     let all = waves(&[]);
     let again = formula("echo", "0.25").with("after_us", 3_000.0).with("place", "right");
-    let with = waves(&[again]);
-    let mut echoes = with.clone();
+    let mut echoes = waves(&[again]);
     let mut missing = 0;
     for event in &all {
         let at = echoes.iter().position(|echo| echo == event);
