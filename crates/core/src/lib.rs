@@ -51,7 +51,7 @@ pub use output::{
 };
 pub use parameter::{
     FileSpec, Given, NumberKind, NumberSpec, Parameter, ParameterError, Scale, Setting, Settings,
-    WordSpec,
+    TextSpec, WordSpec,
 };
 pub use plane::Plane;
 pub use registry::{Registry, RegistryEntry, RegistryError};

@@ -4,7 +4,7 @@ mod settings;
 
 pub use settings::{Given, ParameterError, Setting, Settings};
 
-/// A parameter: a number, one word out of a few, or a file.
+/// A parameter: a number, one word out of a few, a file, or text.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Parameter {
     /// A number.
@@ -13,6 +13,8 @@ pub enum Parameter {
     Word(WordSpec),
     /// A file, which may be left out.
     File(FileSpec),
+    /// Text, which may be left out.
+    Text(TextSpec),
 }
 
 impl Parameter {
@@ -22,6 +24,7 @@ impl Parameter {
             Self::Number(spec) => spec.name,
             Self::Word(spec) => spec.name,
             Self::File(spec) => spec.name,
+            Self::Text(spec) => spec.name,
         }
     }
 
@@ -31,6 +34,7 @@ impl Parameter {
             Self::Number(spec) => spec.doc,
             Self::Word(spec) => spec.doc,
             Self::File(spec) => spec.doc,
+            Self::Text(spec) => spec.doc,
         }
     }
 
@@ -40,6 +44,7 @@ impl Parameter {
             Self::Number(spec) => spec.expected(),
             Self::Word(spec) => format!("one of {}", spec.allowed.join(", ")),
             Self::File(_) => "the path of a file".to_owned(),
+            Self::Text(spec) => format!("text such as {:?}", spec.example),
         }
     }
 
@@ -56,6 +61,11 @@ impl Parameter {
     /// The specification of a file.
     pub const fn as_file(&self) -> Option<&FileSpec> {
         if let Self::File(spec) = self { Some(spec) } else { None }
+    }
+
+    /// The specification of a text.
+    pub const fn as_text(&self) -> Option<&TextSpec> {
+        if let Self::Text(spec) = self { Some(spec) } else { None }
     }
 }
 
@@ -202,6 +212,17 @@ pub struct FileSpec {
     /// The unit of its values; empty if they have none.
     pub unit: &'static str,
     /// Content of the file, for lists.
+    pub doc: &'static str,
+}
+
+/// Text, which its owner reads and checks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TextSpec {
+    /// The key in configurations.
+    pub name: &'static str,
+    /// A text that is allowed.
+    pub example: &'static str,
+    /// Content of the text, for lists.
     pub doc: &'static str,
 }
 

@@ -3,6 +3,8 @@
 use crate::background::BackgroundStage;
 use crate::clock::ClockStage;
 use crate::detector::{ChangeDetector, PixelTerm};
+use crate::formula::events::EventFormula;
+use crate::formula::pixels::PixelFormula;
 use crate::optics::AdaptiveSteps;
 use crate::photoreceptor::Photoreceptor;
 use crate::plan::ExecutionPlan;
@@ -22,8 +24,13 @@ pub(crate) struct Chain {
     pub(crate) plan: ExecutionPlan,
     /// The term that redraws thresholds at every exposure, and how far they deviate at most, ln.
     pub(crate) redraws: Option<(usize, f32)>,
+    /// Formula of thresholds or refractory periods, and whether it is more than a fixed pattern.
+    pub(crate) formula: Option<PixelFormula>,
+    pub(crate) varies: bool,
     pub(crate) background: Vec<Link<Box<dyn BackgroundStage>>>,
     pub(crate) readout: Link<Box<dyn Readout>>,
+    /// Formula of events that are read out.
+    pub(crate) event_formula: Option<EventFormula>,
     pub(crate) clock: Vec<Link<Box<dyn ClockStage>>>,
 }
 
@@ -75,6 +82,11 @@ impl Chain {
         stages.min_by(f64::total_cmp)
     }
 
+    /// The formula of thresholds or refractory periods, unless it is a fixed pattern.
+    pub(crate) fn varying(&self) -> Option<&PixelFormula> {
+        self.formula.as_ref().filter(|_| self.varies)
+    }
+
     /// The law that turns light into voltage.
     pub(crate) fn photoreceptor(&self) -> Option<&dyn Photoreceptor> {
         self.front.iter().find_map(|link| match &link.stage {
@@ -89,6 +101,9 @@ impl Chain {
         let terms = self.terms.iter().map(|link| link.name);
         let background = self.background.iter().map(|link| link.name);
         let clock = self.clock.iter().map(|link| link.name);
-        front.chain(terms).chain(background).chain([self.readout.name]).chain(clock).collect()
+        let formulas = self.formula.iter().map(|_| "formula of pixels");
+        let formulas = formulas.chain(self.event_formula.iter().map(|_| "formula of events"));
+        let all = front.chain(terms).chain(background).chain([self.readout.name]);
+        all.chain(formulas).chain(clock).collect()
     }
 }

@@ -81,7 +81,7 @@ impl fmt::Display for ChainRow {
                     others.retain(|other| other != word);
                     writeln!(f, "      {name:<18}{word:<20}or {}", others.join(", "))?;
                 }
-                Setting::File(..) => writeln!(f, "      {name:<18}{setting}")?,
+                Setting::File(..) | Setting::Text(..) => writeln!(f, "      {name:<18}{setting}")?,
             }
         }
         writeln!(f, "      source: {}", spec.source.key)

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use evpose_core::{CoreError, Micros, ParameterError, SensorSize};
 
-use crate::MapFault;
 use crate::names::hint;
+use crate::{FormulaFault, MapFault};
 
 /// A configuration that describes no sensor, or an exposure that a sensor cannot take.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -84,6 +84,16 @@ pub enum SensorError {
         path: PathBuf,
         /// Reason why the file is refused.
         fault: MapFault,
+    },
+    /// The text of a formula is none.
+    #[error("effect `formula`: `expression` = {text:?}, at the stage `{stage}`, {fault}")]
+    Formula {
+        /// Text of the formula.
+        text: String,
+        /// Stage that it was to act at.
+        stage: &'static str,
+        /// Place and reason of the fault.
+        fault: FormulaFault,
     },
     /// A stage knows every pixel of a sensor of another size.
     #[error("effect `{effect}` is made for a {made_for} sensor, this one is {sensor}")]

@@ -43,6 +43,10 @@ impl fmt::Display for StageSpec {
                     writeln!(f, "\n{} (a file, values in {})", file.name, file.unit)?;
                     paragraph(f, "    ", file.doc)?;
                 }
+                Parameter::Text(text) => {
+                    writeln!(f, "\n{} (text, such as {:?})", text.name, text.example)?;
+                    paragraph(f, "    ", text.doc)?;
+                }
             }
         }
         Ok(())

@@ -51,6 +51,7 @@ mod effect;
 mod error;
 mod explain;
 mod exponential;
+mod formula;
 mod front;
 mod front_band;
 mod gaussian;
@@ -87,6 +88,7 @@ pub use detector::{
 };
 pub use effect::{EffectConfig, Value};
 pub use error::SensorError;
+pub use formula::{Formula, FormulaFault, formula_curve};
 pub use linear_optics::LinearOptics;
 pub use map::MapFault;
 pub use model::SensorModel;
@@ -108,5 +110,5 @@ pub use tick::Tick;
 pub use traits::{ActsOn, Compares, Traits};
 
 pub use evpose_core::{
-    FileSpec, NumberSpec, Parameter, ParameterError, Scale, Setting, Settings, WordSpec,
+    FileSpec, NumberSpec, Parameter, ParameterError, Scale, Setting, Settings, TextSpec, WordSpec,
 };

@@ -7,10 +7,11 @@ use evpose_core::SensorSize;
 use crate::chain::{Chain, FrontStage, Link};
 use crate::chain_table::{ChainRow, ChainTable};
 use crate::detector::level_crossing;
+use crate::formula::kind::Formula;
 use crate::plan::{ExecutionPlan, PixelPath};
 use crate::readout::{self, Readout};
 use crate::{
-    EffectConfig, STAGES, SensorConfig, SensorError, SensorRun, Settings, Stage, StageSpec,
+    Domain, EffectConfig, STAGES, SensorConfig, SensorError, SensorRun, Settings, Stage, StageSpec,
 };
 
 /// The chain of stages that a [`SensorConfig`] describes. Cheap to clone.
@@ -75,7 +76,7 @@ impl SensorModel {
         }
         // The sort is stable: within a domain the order of the list stays. Only the photoreceptor
         // law goes in front of all else in its domain.
-        built.sort_by_key(|b| (b.spec.domain, !matches!(b.stage, Stage::Photoreceptor(_))));
+        built.sort_by_key(|b| (b.domain(), !matches!(b.stage, Stage::Photoreceptor(_))));
         let rows = built.iter().map(|b| ChainRow {
             spec: b.spec,
             settings: b.settings.clone(),
@@ -135,6 +136,14 @@ impl Built {
         Ok(Self { spec, settings, stage })
     }
 
+    /// Place in the signal path, which a formula chooses.
+    fn domain(&self) -> Domain {
+        match &self.stage {
+            Stage::Formula(formula) => formula.domain(),
+            _ => self.spec.domain,
+        }
+    }
+
     fn is_neutral(&self) -> bool {
         self.stage.role().is_none() && self.spec.is_neutral(&self.settings)
     }
@@ -160,7 +169,7 @@ impl From<Vec<Built>> for Chain {
     fn from(mut built: Vec<Built>) -> Self {
         // Neutral stages are removed first: the plan would be slower for nothing.
         built.retain(|b| !b.is_neutral());
-        let traits = |b: &Built| b.stage.traits(b.spec.domain);
+        let traits = |b: &Built| b.stage.traits(b.domain());
         let plan = ExecutionPlan::choose(&built.iter().map(traits).collect::<Vec<_>>());
         // A sensor has one detector and one readout, which take the places of these.
         let (detector, readout) = (level_crossing::ideal(), Box::new(readout::ideal::Ideal));
@@ -171,12 +180,16 @@ impl From<Vec<Built>> for Chain {
             terms: Vec::new(),
             plan,
             redraws: None,
+            formula: None,
+            varies: false,
             background: Vec::new(),
             readout: Link { name: "", traits: readout.traits(), stage: readout },
+            event_formula: None,
             clock: Vec::new(),
         };
-        for Built { spec, stage, .. } in built {
-            let (name, traits) = (spec.name, stage.traits(spec.domain));
+        for one in built {
+            let (name, traits) = (one.spec.name, one.stage.traits(one.domain()));
+            let stage = one.stage;
             let front = |stage| Link { name, traits, stage };
             match stage {
                 Stage::Pixel(stage) => chain.front.push(front(FrontStage::Pixel(stage))),
@@ -196,6 +209,14 @@ impl From<Vec<Built>> for Chain {
                 }
                 Stage::Background(stage) => chain.background.push(Link { name, traits, stage }),
                 Stage::Readout(stage) => chain.readout = Link { name, traits, stage },
+                Stage::Formula(Formula::Front(stage)) => {
+                    chain.front.push(front(FrontStage::Plane(Box::new(stage))));
+                }
+                Stage::Formula(Formula::Pixels(formula)) => {
+                    chain.varies = !formula.is_pattern();
+                    chain.formula = Some(formula);
+                }
+                Stage::Formula(Formula::Events(formula)) => chain.event_formula = Some(formula),
                 Stage::Clock(stage) => chain.clock.push(Link { name, traits, stage }),
             }
         }

@@ -43,6 +43,8 @@ pub(crate) enum PixelPath {
     Levels,
     /// Crossings of levels that are drawn anew at every exposure.
     RedrawnLevels,
+    /// Crossings of levels that a formula moves.
+    VaryingLevels,
     /// A burst at the end of the frame, and nothing else.
     Bursts,
     /// Events of a frame, at its end.
@@ -85,6 +87,7 @@ impl ExecutionPlan {
             Compares::Frames if spreads => PixelPath::SpreadFrames,
             Compares::Frames if has_bursts => PixelPath::Bursts,
             Compares::Frames => PixelPath::Frames,
+            Compares::Levels if any(|stage| stage.varies) => PixelPath::VaryingLevels,
             Compares::Levels if any(|stage| stage.redraws.is_some()) => PixelPath::RedrawnLevels,
             Compares::Levels if renews || steps_while_refractory => PixelPath::Levels,
             Compares::Levels => PixelPath::Crossings,
@@ -109,7 +112,9 @@ impl ExecutionPlan {
 #[cfg(test)]
 mod tests {
     use super::Division::{Bands, Blocks, Whole};
-    use super::PixelPath::{Asked, Bursts, Crossings, Frames, Levels, RedrawnLevels, SpreadFrames};
+    use super::PixelPath::{
+        Asked, Bursts, Crossings, Frames, Levels, RedrawnLevels, SpreadFrames, VaryingLevels,
+    };
     use super::*;
 
     #[test]
@@ -124,6 +129,7 @@ mod tests {
         let count = Traits { spreads: true, rounds_as_published: true, ..frames };
         let light = Traits { compares: Compares::Light, ..leak };
         let renewal = Traits { renews: true, ..leak };
+        let formula = Traits { varies: true, ..leak };
         let redraw = Traits { redraws: Some(0.1), ..leak };
         let refractory = Recovery { refractory_s: 1e-3, ..Recovery::default() };
         let refractory = Traits { recovery: refractory, ..leak };
@@ -142,6 +148,7 @@ mod tests {
             (&[levels, renewal], Bands, Levels, [no, no, no, no]),
             (&[levels, stepping], Bands, Levels, [no, no, yes, no]),
             (&[levels, redraw, renewal], Bands, RedrawnLevels, [no, no, no, no]),
+            (&[levels, formula, redraw], Bands, VaryingLevels, [no, no, no, no]),
             (&[levels, bus], Bands, Crossings, [no, yes, yes, no]),
             (&[frames], Bands, Bursts, [yes, no, no, no]),
             (&[flicker, frames, pattern], Bands, Bursts, [no, no, no, no]),

@@ -4,7 +4,7 @@
 use evpose_core::{Registry, registry_entry};
 
 use crate::StageSpec;
-use crate::{background, clock, detector, optics, photodiode, photoreceptor, readout};
+use crate::{background, clock, detector, formula, optics, photodiode, photoreceptor, readout};
 
 /// Every stage there is: the built-in ones in the order of the signal, then those of other crates.
 pub static STAGES: Registry<StageSpec> = Registry::new(&[
@@ -45,6 +45,7 @@ pub static STAGES: Registry<StageSpec> = Registry::new(&[
     &readout::arbiter::SPEC,
     &readout::scanned::SPEC,
     &readout::event_rate_control::SPEC,
+    &formula::SPEC,
     &clock::pixel_latency::SPEC,
     &clock::timestamp_jitter::SPEC,
     &clock::clock_offset_drift::SPEC,

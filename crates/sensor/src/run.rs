@@ -12,6 +12,8 @@ use crate::delivery::Delivery;
 use crate::detector::queue::Queue;
 use crate::detector::resolve::{Step, Voltages};
 use crate::detector::{Band, PixelArray};
+use crate::formula;
+use crate::formula::events::EventMemory;
 use crate::front::Front;
 use crate::front_band::{FrontBand, Observers, Resolution};
 use crate::model::Layout;
@@ -37,6 +39,7 @@ pub struct SensorRun {
     array: PixelArray,
     queue: Queue,
     readout_memory: ReadoutMemory,
+    event_memory: Option<EventMemory>,
     clock_states: Vec<Vec<f64>>,
     /// Number and time of the exposure before.
     last: Option<(u64, Micros)>,
@@ -59,6 +62,7 @@ impl SensorRun {
             array: PixelArray::new(&chain, size, seed),
             queue: Queue::default(),
             readout_memory: ReadoutMemory::new(&*chain.readout.stage, size),
+            event_memory: event_memory(&chain, size, seed),
             clock_states: clocks.collect(),
             chain,
             size,
@@ -116,6 +120,7 @@ impl SensorRun {
             self.add_background(&chain, &tick, false);
             self.serve(&chain, &tick);
         }
+        self.apply_formula(&chain, &tick, luminance.data());
         self.run_clocks(&chain, &tick);
         // What happens at the very start of a step comes behind what was delivered up to there.
         let earliest = self.last.map_or(t, |(_, previous)| earliest_stamp(&chain, previous));
@@ -139,6 +144,8 @@ impl SensorRun {
         }
         self.chain = Arc::clone(model.chain());
         self.divider.retune(&self.chain);
+        // Patterns stay, the variables in use may be others.
+        self.event_memory = event_memory(&self.chain, self.size, self.seed);
         // Voltages of skipped pixels would be those of the old parameters.
         self.front.mark_all_unknown();
         if let Some((_, t)) = self.last {
@@ -343,6 +350,14 @@ impl SensorRun {
         service.serve(tick.end_s, &mut self.requests);
     }
 
+    /// Lets the formula of events act on those that are read out.
+    fn apply_formula(&mut self, chain: &Chain, tick: &Tick, light: &[f32]) {
+        if let (Some(formula), Some(memory)) = (&chain.event_formula, &mut self.event_memory) {
+            let noise = StageNoise::new(self.seed, formula::SPEC.name, tick.index);
+            formula.step(tick, light, &mut self.requests, memory, noise);
+        }
+    }
+
     fn run_clocks(&mut self, chain: &Chain, tick: &Tick) {
         for (link, state) in chain.clock.iter().zip(&mut self.clock_states) {
             if link.traits.needs_order {
@@ -352,6 +367,12 @@ impl SensorRun {
             link.stage.step(tick, &mut self.requests, state, noise);
         }
     }
+}
+
+/// Memory of the formula of events. Its patterns are those of tick zero, at which there are no events.
+fn event_memory(chain: &Chain, size: SensorSize, seed: u64) -> Option<EventMemory> {
+    let noise = StageNoise::new(seed, formula::SPEC.name, 0);
+    chain.event_formula.as_ref().map(|formula| formula.memory(size, noise))
 }
 
 /// Up to `bands` bands of whole strips, as even as these allow.

@@ -65,6 +65,6 @@ pub enum Strength {
     Falling(&'static [&'static str]),
     /// There is nothing to set.
     Unchanging,
-    /// By what files of the user say; without them it does nothing.
+    /// By what files, or a formula, of the user say; without them it does nothing.
     FromFiles,
 }

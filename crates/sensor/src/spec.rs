@@ -3,7 +3,7 @@
 use std::fmt;
 
 use crate::{
-    EffectConfig, NumberSpec, Parameter, SensorError, Settings, Signature, Stage, Strength,
+    EffectConfig, NumberSpec, Parameter, SensorError, Setting, Settings, Signature, Stage, Strength,
 };
 
 /// The place of a stage in the camera, in the order of the signal.
@@ -99,7 +99,12 @@ impl StageSpec {
             Strength::Rising(names) | Strength::Falling(names) => Some(names),
             Strength::RisingAlone(_) => None,
             Strength::Unchanging => return false,
-            Strength::FromFiles => return settings.given().next().is_none(),
+            // Values and words only complete what files and texts say.
+            Strength::FromFiles => {
+                let says =
+                    |setting: &Setting| matches!(setting, Setting::File(..) | Setting::Text(..));
+                return !settings.iter().any(|(_, setting)| says(setting));
+            }
         };
         let counts = |number: &&NumberSpec| {
             number.acts_alone || names.is_none_or(|names| names.contains(&number.name))

@@ -14,6 +14,7 @@ use crate::Domain;
 use crate::background::BackgroundStage;
 use crate::clock::ClockStage;
 use crate::detector::{ChangeDetector, PixelTerm};
+use crate::formula::kind::Formula;
 use crate::optics::AdaptiveSteps;
 use crate::photoreceptor::Photoreceptor;
 use crate::readout::Readout;
@@ -130,6 +131,8 @@ pub enum Stage {
     Readout(Box<dyn Readout>),
     /// Moves events in time.
     Clock(Box<dyn ClockStage>),
+    /// Acts where the settings say.
+    Formula(Formula),
 }
 
 impl Stage {
@@ -144,11 +147,16 @@ impl Stage {
             Self::Detector(stage) => (ActsOn::Pixels, stage.traits()),
             Self::Term(stage) => (ActsOn::Pixels, stage.traits()),
             Self::Readout(stage) => (ActsOn::Requests, stage.traits()),
+            Self::Formula(Formula::Front(stage)) if in_light => {
+                (ActsOn::LightPlane, stage.traits())
+            }
+            Self::Formula(Formula::Front(stage)) => (ActsOn::VoltagePlane, stage.traits()),
+            Self::Formula(Formula::Pixels(formula)) => (ActsOn::Pixels, formula.traits()),
             // These keep no path from being taken: they have no memory, or run before or behind the
             // step.
             Self::Photoreceptor(_) => (ActsOn::Law, at_rest),
             Self::Steps(_) => (ActsOn::Light, at_rest),
-            Self::Background(_) => (ActsOn::Requests, at_rest),
+            Self::Background(_) | Self::Formula(Formula::Events(_)) => (ActsOn::Requests, at_rest),
             Self::Clock(stage) => (ActsOn::Requests, Traits { is_static: true, ..stage.traits() }),
         };
         Traits { acts_on, ..own }
@@ -165,6 +173,7 @@ impl Stage {
             | Self::Term(_)
             | Self::Background(_)
             | Self::Steps(_)
+            | Self::Formula(_)
             | Self::Clock(_) => None,
         }
     }

@@ -28,6 +28,8 @@ pub struct Traits {
     pub rounds_as_published: bool,
     /// A term has [`PixelTerm::renew`](crate::PixelTerm::renew).
     pub renews: bool,
+    /// A formula gives thresholds or refractory periods, which differ from event to event.
+    pub varies: bool,
     /// A term has [`PixelTerm::redraw`](crate::PixelTerm::redraw), and changes thresholds by this
     /// much at most, ln. A pixel then has an event only where its voltage comes through the level
     /// of that exposure: a level that is behind it already is missed.

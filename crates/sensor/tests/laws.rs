@@ -98,6 +98,9 @@ fn typical(spec: &StageSpec, fraction: f64) -> EffectConfig {
         let index = (fraction * choice.allowed.len() as f64) as usize;
         effect = effect.with(choice.name, choice.allowed[index.min(choice.allowed.len() - 1)]);
     }
+    for text in spec.params.iter().filter_map(Parameter::as_text) {
+        effect = effect.with(text.name, text.example);
+    }
     effect
 }
 
@@ -244,6 +247,10 @@ proptest! {
                     effect = effect.with(param.name, neutral);
                 }
             }
+            let is_text = |key: &String| {
+                spec.params.iter().any(|p| p.as_text().is_some_and(|text| text.name == key))
+            };
+            effect.params.retain(|key, _| !is_text(key));
             let without = others(spec);
             let with: Vec<EffectConfig> = without.iter().cloned().chain([effect]).collect();
             let model = model_of(&with);

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use super::{FileSpec, NumberSpec, Parameter, WordSpec};
+use super::{FileSpec, NumberSpec, Parameter, TextSpec, WordSpec};
 
 /// A value as it is given.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,6 +53,8 @@ pub enum Setting {
     Word(&'static WordSpec, &'static str),
     /// The path of a file.
     File(&'static FileSpec, PathBuf),
+    /// Text.
+    Text(&'static TextSpec, String),
 }
 
 /// The value alone.
@@ -62,6 +64,7 @@ impl fmt::Display for Setting {
             Self::Number(_, number) => write!(f, "{number}"),
             Self::Word(_, word) => f.write_str(word),
             Self::File(_, path) => write!(f, "{}", path.display()),
+            Self::Text(_, text) => f.write_str(text),
         }
     }
 }
@@ -72,7 +75,7 @@ impl Parameter {
         match self {
             Self::Number(spec) => spec.default.map(|number| Setting::Number(spec, number)),
             Self::Word(spec) => spec.default.map(|word| Setting::Word(spec, word)),
-            Self::File(_) => None,
+            Self::File(_) | Self::Text(_) => None,
         }
     }
 
@@ -90,6 +93,14 @@ impl Parameter {
             Self::File(spec) => {
                 let path = given.word().filter(|path| !path.is_empty())?;
                 Some(Setting::File(spec, path.into()))
+            }
+            Self::Text(spec) => {
+                // A number is a text as well: `expression = 0.3`.
+                let text = match given {
+                    Given::Number(number) => number.to_string(),
+                    Given::Word(text) | Given::Text(text) => text.to_owned(),
+                };
+                (!text.trim().is_empty()).then_some(Setting::Text(spec, text))
             }
         }
     }
@@ -191,6 +202,11 @@ impl Settings {
         if let Some(Setting::File(_, path)) = self.get(parameter) { Some(path) } else { None }
     }
 
+    /// The text, if one was given.
+    pub fn text(&self, parameter: &(impl AsRef<str> + ?Sized)) -> Option<&str> {
+        if let Some(Setting::Text(_, text)) = self.get(parameter) { Some(text) } else { None }
+    }
+
     /// The names and values of all parameters that have one, in their order.
     pub fn iter(&self) -> impl Iterator<Item = (&'static str, &Setting)> {
         self.entries.iter().map(|entry| (entry.name, &entry.setting))
@@ -260,6 +276,7 @@ mod tests {
             doc: "",
         }),
         Parameter::File(FileSpec { name: "map", unit: "ln", doc: "" }),
+        Parameter::Text(TextSpec { name: "law", example: "1 + x", doc: "" }),
     ];
 
     fn shown(given: &[(&str, Given<'_>)]) -> Result<String, String> {
@@ -276,6 +293,8 @@ mod tests {
         assert_eq!(shown(&given).unwrap(), "kernel=7 decay=0.25 rule=or");
         let given = [("map", Given::Word("a b.npy")), ("rule", Given::Text("and"))];
         assert_eq!(shown(&given).unwrap(), "kernel=7 rule=and map=a b.npy");
+        let laws = [("law", Given::Number(0.5)), ("rule", Given::Word("and"))];
+        assert_eq!(shown(&laws).unwrap(), "kernel=7 rule=and law=0.5");
         let settings = Settings::resolve(PARAMETERS, &given).unwrap();
         assert_eq!(settings.given().collect::<Vec<_>>(), ["rule", "map"]);
         assert_eq!((settings.whole("kernel"), settings.word(&PARAMETERS[2])), (7, Some("and")));
@@ -291,7 +310,12 @@ mod tests {
             ("kernel", Given::Word("9"), "`kernel` = \"9\", expected an odd number in 1..=31 px"),
             ("rule", Given::Number(1.0), "`rule` = 1, expected one of or, and"),
             ("map", Given::Text(""), "`map` = , expected the path of a file"),
-            ("tau", Given::Text("3"), "has no parameter `tau`; it has kernel, decay, rule, map"),
+            ("law", Given::Word(" "), "`law` = \" \", expected text such as \"1 + x\""),
+            (
+                "tau",
+                Given::Text("3"),
+                "has no parameter `tau`; it has kernel, decay, rule, map, law",
+            ),
         ] {
             assert_eq!(shown(&[(key, given)]), Err(want.to_owned()));
         }

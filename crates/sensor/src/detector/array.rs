@@ -23,7 +23,10 @@ use evpose_cpu::ThreadPool;
 use super::band::Scanned;
 use super::pixel::{Cell, PixelTraits, RefractoryState};
 use super::term::{NoiseEvent, TermTable};
+use super::threshold_mismatch::MIN_THRESHOLD;
+use super::varying::Varying;
 use crate::chain::Chain;
+use crate::formula;
 use crate::tick::Tick;
 
 /// Seconds after which leaks are taken into the memories: long enough to cost nothing, short
@@ -53,6 +56,10 @@ pub(crate) struct PixelArray {
     pub(super) leaked: Vec<f32>,
     pub(super) leaked_in_step: Vec<f32>,
     pub(super) anchor_s: f64,
+    /// State of pixels with thresholds or refractory periods of a formula; empty without one.
+    pub(super) varying: Varying,
+    /// Key of the noise of formulas.
+    formula_key: u64,
     /// Per term: the key of its noise, and its table.
     pub(super) terms: Vec<TermMemory>,
     /// Noise events of this exposure, in order of pixels.
@@ -92,6 +99,8 @@ impl PixelArray {
             leaked: Vec::new(),
             leaked_in_step: Vec::new(),
             anchor_s: 0.0,
+            varying: Varying::default(),
+            formula_key: seed_for(seed, formula::SPEC.name, 0),
             terms: terms.collect(),
             noise_events: Vec::new(),
             scanned: Vec::new(),
@@ -133,6 +142,14 @@ impl PixelArray {
                 link.stage.pattern(pixel, traits, noise);
             }
         }
+        if let Some(formula) = chain.formula.as_ref().filter(|formula| formula.is_pattern()) {
+            let noise = StageNoise::at_tick(self.formula_key, PATTERN_TICK);
+            for (traits, [on, off]) in self.traits.iter_mut().zip(formula.pattern(self.size, noise))
+            {
+                traits.threshold_on = (traits.threshold_on * on).max(MIN_THRESHOLD);
+                traits.threshold_off = (traits.threshold_off * off).max(MIN_THRESHOLD);
+            }
+        }
         self.has_dead = self.traits.iter().any(|traits| traits.is_dead);
         // Tables come last: they depend on the thresholds and dead pixels of all patterns.
         for (link, memory) in chain.terms.iter().zip(&mut self.terms) {
@@ -158,6 +175,10 @@ impl PixelArray {
             }
         }
         self.leak_per_s = leak_per_s;
+        self.varying = chain.varying().map_or_else(Varying::default, |formula| {
+            let known = std::mem::take(&mut self.varying);
+            known.of(formula, self.size, self.formula_key, &self.cells)
+        });
         self.photo_leak_per_s.clear();
         if self.traits.iter().any(|t| t.photo_leak_hz > 0.0) {
             let rates = self.traits.iter().map(|t| t.photo_leak_hz * t.threshold_on);

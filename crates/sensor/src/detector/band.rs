@@ -14,6 +14,7 @@ use super::pixel::{Cell, PixelStep, PixelTraits, RefractoryState};
 use super::resolve::Step;
 use super::term::NoiseEvent;
 use super::threshold_mismatch::MIN_THRESHOLD;
+use super::varying::VaryingBand;
 use crate::chain::Chain;
 use crate::changes::take_front;
 
@@ -27,7 +28,7 @@ pub(super) struct Span<'a, T> {
 
 impl<'a, T> Span<'a, T> {
     /// The first of `rest`, which go on behind them.
-    fn split_off(rest: &mut &'a mut [T], pixels: &Range<usize>) -> Self {
+    pub(super) fn split_off(rest: &mut &'a mut [T], pixels: &Range<usize>) -> Self {
         let len = pixels.len().min(rest.len());
         Self { first: pixels.start, values: take_front(rest, len) }
     }
@@ -118,6 +119,7 @@ pub(crate) struct Band<'a> {
     pub(super) leaked: Span<'a, f32>,
     pub(super) leaked_in_step: Span<'a, f32>,
     pub(super) anchor_s: f64,
+    pub(super) varying: VaryingBand<'a>,
     pub(super) terms: &'a [TermMemory],
     pub(super) noise_events: &'a [NoiseEvent],
     pub(super) scanned: &'a mut Scanned,
@@ -142,6 +144,8 @@ impl PixelArray {
         let (wake_on, wake_off) = (&mut &mut *self.wake_on, &mut &mut *self.wake_off);
         let leak_per_s = &mut &mut *self.leak_per_s;
         let (leaked, leaked_in_step) = (&mut &mut *self.leaked, &mut &mut *self.leaked_in_step);
+        let (mut varying, neighbours_s, patterns) = self.varying.parts();
+        let varying = &mut varying;
         let noise_events = &mut &*self.noise_events;
         let bands = ranges.iter().zip(&mut self.scanned).map(|(pixels, scanned)| {
             // Noise events are in order of pixels, so that a band has a slice of them.
@@ -160,6 +164,11 @@ impl PixelArray {
                 leaked: Span::split_off(leaked, pixels),
                 leaked_in_step: Span::split_off(leaked_in_step, pixels),
                 anchor_s: self.anchor_s,
+                varying: VaryingBand {
+                    cells: Span::split_off(varying, pixels),
+                    neighbours_s,
+                    patterns,
+                },
                 terms: &self.terms,
                 noise_events: own,
                 scanned,

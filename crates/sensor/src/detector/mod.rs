@@ -36,6 +36,7 @@ mod spread;
 pub(crate) mod term;
 pub(crate) mod threshold_mismatch;
 pub(crate) mod threshold_temporal_noise;
+mod varying;
 
 pub(crate) use array::PixelArray;
 pub(crate) use band::Band;

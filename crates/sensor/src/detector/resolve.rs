@@ -10,6 +10,7 @@ use super::pixel::{PixelStep, RefractoryState};
 use super::spread::Spread;
 use super::term::{NoiseEvent, Recovery};
 use super::threshold_mismatch::MIN_THRESHOLD;
+use super::varying::{ThresholdLine, next_varying};
 use crate::chain::Chain;
 use crate::plan::PixelPath;
 use crate::tick::Tick;
@@ -53,6 +54,8 @@ pub(super) struct PixelState {
     pub(super) refractory: RefractoryState,
     /// Leakage over the whole step.
     pub(super) leak: f64,
+    /// Thresholds of a formula.
+    pub(super) line: ThresholdLine,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -171,6 +174,7 @@ impl Band<'_> {
             pixel_step,
             refractory: self.refractory_states.get(pixel).copied().unwrap_or(RefractoryState::NONE),
             leak: steady * (step.tick.end_s - step.tick.start_s) + leaked_in_step,
+            line: self.line_of(pixel),
         }
     }
 
@@ -233,6 +237,9 @@ impl Band<'_> {
         if step.chain.plan.renews {
             self.renew(step, pixel_state, t_s, polarity);
         }
+        if let Some(formula) = step.chain.varying() {
+            self.vary_behind(formula, step, pixel_state, t_s, polarity);
+        }
     }
 
     /// Redraws the parameters that hold until the next event. A new leak continues from the present
@@ -243,6 +250,7 @@ impl Band<'_> {
         self.cells[pixel].count = pixel_state.pixel_step.count;
         let traits = self.renewed(step.chain, pixel, Some(last));
         self.cells[pixel].set_thresholds(&traits);
+        self.vary_base(pixel);
         let mut memory = pixel_state.pixel_step.memory;
         if let Some(leak) = self.leak_per_s.get_mut(pixel) {
             // The leak acts since the anchor: without this, the new rate would apply to the past as
@@ -363,6 +371,11 @@ impl PixelState {
         (from_s <= step.tick.end_s).then_some(from_s)
     }
 
+    /// Begins the recovery from an event at `t_s`, the next exposure being at `exposure_s`.
+    pub(super) fn recover(&mut self, t_s: f64, exposure_s: f64, recovery: &Recovery) {
+        self.refractory = RefractoryState::after(t_s, exposure_s, recovery);
+    }
+
     /// The next event: a change or a noise event, whichever comes first.
     #[inline(always)]
     pub(super) fn next_pending(
@@ -374,6 +387,13 @@ impl PixelState {
         let change = match step.chain.plan.path {
             // Called directly, so that they are inlined: the stage would answer the same.
             PixelPath::RedrawnLevels => next_level_through(&self.pixel_step, from_s),
+            PixelPath::VaryingLevels => {
+                next_varying(&self.pixel_step, &self.line, from_s).map(|(change, [on, off])| {
+                    // What falls short of a level is a part of the threshold of that time.
+                    (self.pixel_step.threshold_on, self.pixel_step.threshold_off) = (on, off);
+                    change
+                })
+            }
             PixelPath::Crossings | PixelPath::Levels => next_level(&self.pixel_step, from_s),
             _ => step.chain.detector.stage.next(&self.pixel_step, from_s, step.noise),
         };

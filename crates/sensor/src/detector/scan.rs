@@ -26,6 +26,7 @@ impl PixelArray {
             self.anchor_s = tick.end_s;
         }
         self.scanned.iter_mut().for_each(Scanned::clear);
+        self.begin_varying();
     }
 }
 
@@ -58,6 +59,8 @@ impl Band<'_> {
         if chain.plan.is_single {
             self.drain(chain, tick, pixels);
         }
+        // Behind all that moves memories: the levels of this step follow from them.
+        self.vary_block(chain, tick, pixels, light);
         // A detector of light decides itself which pixels have events: all are asked.
         if sees_light {
             self.scanned.awake.extend(pixels.start as u32..pixels.end as u32);

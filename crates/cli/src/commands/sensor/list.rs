@@ -35,13 +35,14 @@ pub(super) fn run(args: &ListArgs) -> Result<()> {
     Ok(())
 }
 
-/// Parameters with their units, choices with their values, and files.
+/// Parameters with their units, choices with their values, files and texts.
 fn settings(spec: &StageSpec) -> String {
     let setting = |param: &Parameter| match param {
         Parameter::Number(number) if number.unit.is_empty() => number.name.to_owned(),
         Parameter::Number(number) => format!("{} [{}]", number.name, number.unit),
         Parameter::Word(choice) => format!("{} ({})", choice.name, choice.allowed.join("|")),
         Parameter::File(file) => format!("{} [file, {}]", file.name, file.unit),
+        Parameter::Text(text) => format!("{} [text]", text.name),
     };
     spec.params.iter().map(setting).collect::<Vec<_>>().join(", ")
 }
@@ -67,6 +68,11 @@ pub(super) fn effect(spec: &StageSpec) -> Value {
         .iter()
         .filter_map(Parameter::as_file)
         .map(|file| json!({ "name": file.name, "unit": file.unit, "doc": file.doc }));
+    let texts = spec
+        .params
+        .iter()
+        .filter_map(Parameter::as_text)
+        .map(|text| json!({ "name": text.name, "example": text.example, "doc": text.doc }));
     json!({
         "name": spec.name,
         "domain": spec.domain.name(),
@@ -77,6 +83,7 @@ pub(super) fn effect(spec: &StageSpec) -> Value {
         "parameters": spec.number_params().map(parameter).collect::<Vec<_>>(),
         "choices": choices.collect::<Vec<_>>(),
         "files": files.collect::<Vec<_>>(),
+        "texts": texts.collect::<Vec<_>>(),
     })
 }
 

@@ -58,6 +58,7 @@ fn stage(row: &ChainRow) -> Value {
             }
             Setting::Word(_, word) => _ = words.insert(name.to_owned(), json!(word)),
             Setting::File(_, path) => _ = files.insert(name.to_owned(), json!(path)),
+            Setting::Text(_, text) => _ = files.insert(name.to_owned(), json!(text)),
         }
     }
     stage["parameters"] = parameters.into();
