@@ -257,8 +257,8 @@ fn of_runs(signature: &Signature, effect: &EffectConfig, runs: &[View<'_>]) -> O
     if values.is_empty() || values.len() < runs.len() {
         return None;
     }
-    let numbers: Vec<f64> = values.iter().map(|value| value.value).collect();
-    let (mean, deviation) = mean_and_deviation(&numbers);
+    let plain: Vec<f64> = values.iter().map(|value| value.value).collect();
+    let (mean, deviation) = mean_and_deviation(&plain);
     // A model without noise has no deviation, but its sample is as small as the recording's.
     let sampling = values.iter().map(|value| value.error).fold(0.0, f64::max);
     Some(Value { value: mean, error: deviation.max(sampling) })

@@ -7,6 +7,8 @@ use crate::View;
 const ALTERNATING_US: i64 = 50_000;
 /// Fewest events that the ideal sensor has in a pixel and half.
 const MIN_EXPECTED: f64 = 1.0;
+/// Largest logarithm of a count over what is expected that counts: beyond it a pixel is dead or hot.
+const MAX_LOG: f64 = 1.0;
 /// Fewest pixels of a pattern.
 const ENOUGH_PIXELS: usize = 200;
 /// Events that the ideal sensor has of a pixel, from which one without any is silent.
@@ -20,19 +22,19 @@ const HOT_FACTORS: [f64; 2] = [4.0, 2.0];
 /// Rate below which nobody would call a pixel hot, Hz.
 pub(crate) const MIN_HOT_HZ: f64 = 3.0;
 
-/// Residuals of counts per pixel in two halves of the time, and what they are relative to.
+/// Logarithms of counts per pixel over those of the ideal sensor, in two halves of the time.
 struct Halves {
     residuals: [Vec<f64>; 2],
     expected: [Vec<f64>; 2],
 }
 
 impl Halves {
-    fn new(view: &View<'_>, half: impl Fn(i64) -> usize) -> Option<Self> {
+    fn new(view: &View<'_>, half: impl Fn(i64) -> usize) -> Self {
         let pixels = view.size().pixels();
         let zeros = || [vec![0.0; pixels], vec![0.0; pixels]];
-        let (mut counts, mut expected) = (zeros(), zeros());
+        let (mut residuals, mut expected) = (zeros(), zeros());
         for event in view.events() {
-            counts[half(view.since_start_us(event.t_us))][event.pixel as usize] += 1.0;
+            residuals[half(view.since_start_us(event.t_us))][event.pixel as usize] += 1.0;
         }
         for pixel in 0..pixels {
             for is_on in [false, true] {
@@ -41,68 +43,69 @@ impl Halves {
                 }
             }
         }
-        for (counts, expected) in counts.iter_mut().zip(&mut expected) {
-            // Without the gain of all pixels, which is no difference between them.
-            let both = counts.iter().zip(&*expected).filter(|(_, e)| **e > 0.0);
-            let (n, e) = both.fold((0.0, 0.0), |(n, e), (count, exp)| (n + count, e + exp));
-            if e <= 0.0 {
-                return None;
+        for (counts, expected) in residuals.iter_mut().zip(&expected) {
+            let (mut sum, mut weights) = (0.0, 0.0);
+            for (count, expected) in counts.iter_mut().zip(expected) {
+                // The logarithm: a threshold is a factor, and one pixel that has many is not all.
+                *count = f64::ln((*count + 0.5) / (expected + 0.5));
+                if *expected >= MIN_EXPECTED {
+                    sum += expected * *count;
+                    weights += expected;
+                }
             }
-            expected.iter_mut().for_each(|value| *value *= n / e);
-            counts.iter_mut().zip(&*expected).for_each(|(count, e)| *count -= e);
+            // Without the gain of all pixels, which is no difference between them.
+            let gain = sum / f64::max(weights, 1.0);
+            counts.iter_mut().for_each(|log| *log = (*log - gain).clamp(-MAX_LOG, MAX_LOG));
         }
-        Some(Self { residuals: counts, expected })
+        Self { residuals, expected }
     }
 
-    fn is_known(&self, pixel: usize) -> bool {
-        self.expected.iter().all(|expected| expected[pixel] >= MIN_EXPECTED)
-    }
-
-    /// Product of what a pixel is expected to have in both halves.
-    fn scale(&self, pixel: usize) -> f64 {
-        self.expected[0][pixel] * self.expected[1][pixel]
+    /// Weight of a pixel: what is expected in the half that has less; zero of too few.
+    fn weight(&self, pixel: usize) -> f64 {
+        let least = self.expected[0][pixel].min(self.expected[1][pixel]);
+        if least >= MIN_EXPECTED { least } else { 0.0 }
     }
 }
 
-/// Ratio of two sums over pixels.
-fn ratio(terms: impl Iterator<Item = (f64, f64)>, shared: f64) -> Option<Value> {
-    let (mut sum, mut squares, mut scale, mut count) = (0.0, 0.0, 0.0, 0);
-    for (term, weight) in terms {
-        sum += term;
-        squares += term * term;
-        scale += weight;
+/// Weighted mean of products of both halves; `shared` is the factor on its error by terms that are
+/// not independent. None of too few.
+fn mean_product(terms: impl Iterator<Item = (f64, f64)>, shared: f64) -> Option<Value> {
+    let (mut sum, mut squares, mut weights, mut count) = (0.0, 0.0, 0.0, 0);
+    for (term, weight) in terms.filter(|(_, weight)| *weight > 0.0) {
+        sum += weight * term;
+        squares += (weight * term).powi(2);
+        weights += weight;
         count += 1;
     }
-    // Terms that share pixels are correlated.
-    (count >= ENOUGH_PIXELS).then(|| Value::new(sum / scale, shared * squares.sqrt() / scale))
+    (count >= ENOUGH_PIXELS).then(|| Value::new(sum / weights, shared * squares.sqrt() / weights))
 }
 
-/// Relative variance of pixels that both halves of the recording, the first and the last, agree on,
-/// of differences between neighbours: what is smooth in the image is no mismatch.
+/// Variance of pixels that both halves of the recording, the first and the last, agree on, of
+/// differences between neighbours: what is smooth in the image is no mismatch.
 pub(super) fn fixed_pattern(view: &View<'_>) -> Option<Value> {
     let middle_us = view.window.length().0 / 2;
-    let halves = Halves::new(view, |us| usize::from(us >= middle_us))?;
+    let halves = Halves::new(view, |us| usize::from(us >= middle_us));
     let (width, height) = (usize::from(view.size().width), usize::from(view.size().height));
     let pairs = (0..width * height).flat_map(|pixel| {
         let right = (pixel % width + 1 < width).then_some((pixel, pixel + 1));
         let below = (pixel / width + 1 < height).then_some((pixel, pixel + width));
         [right, below].into_iter().flatten()
     });
-    let known = pairs.filter(|(one, other)| halves.is_known(*one) && halves.is_known(*other));
-    let terms = known.map(|(one, other)| {
+    let terms = pairs.map(|(one, other)| {
         let [first, last] = halves.residuals.each_ref().map(|half| half[one] - half[other]);
-        (first * last, halves.scale(one) + halves.scale(other))
+        // A difference of two pixels has twice the variance of one.
+        (0.5 * first * last, halves.weight(one).min(halves.weight(other)))
     });
-    ratio(terms, 2.0)
+    mean_product(terms, 2.0)
 }
 
-/// Relative variance of pixels that alternating parts of the time agree on: also of what drifts, and
-/// of what neighbours share.
+/// Variance of pixels that alternating parts of the time agree on: also of what drifts, and of what
+/// neighbours share.
 pub(super) fn lasting_pattern(view: &View<'_>) -> Option<Value> {
-    let halves = Halves::new(view, |us| (us.div_euclid(ALTERNATING_US) % 2) as usize)?;
-    let known = (0..view.size().pixels()).filter(|pixel| halves.is_known(*pixel));
+    let halves = Halves::new(view, |us| (us.div_euclid(ALTERNATING_US) % 2) as usize);
     let [first, last] = &halves.residuals;
-    ratio(known.map(|pixel| (first[pixel] * last[pixel], halves.scale(pixel))), 1.0)
+    let pixels = 0..view.size().pixels();
+    mean_product(pixels.map(|pixel| (first[pixel] * last[pixel], halves.weight(pixel))), 1.0)
 }
 
 /// Neighbours of a pixel, at most eight.

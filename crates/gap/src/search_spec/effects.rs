@@ -1,7 +1,7 @@
 //! Effects with which the search does something special. All others it treats as
 //! [`PLAIN`] says.
 
-use super::strict_limit::{LATENCY_LACKS, NOISE_LACKS, OFFSET_LACKS};
+use super::strict_limit::{JITTER_LACKS, LATENCY_LACKS, NOISE_LACKS, OFFSET_LACKS};
 use super::{Onset, PLAIN, SceneSource, SearchSpec, SecondStrength, StageRole, Substeps};
 use crate::common_parameter::CommonParameter;
 use crate::goodness::signature;
@@ -222,6 +222,7 @@ pub(super) static EFFECTS: &[SearchSpec] = &[
     SearchSpec {
         effect: "timestamp_jitter",
         shows: &[&signature::LAG_SPREAD],
+        lacks: &JITTER_LACKS,
         hides_in_readout: Some("sigma_us"),
         choices: &[("side", &["either", "late"])],
         usual: &[("side", "either")],

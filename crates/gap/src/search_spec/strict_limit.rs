@@ -72,6 +72,14 @@ pub(super) static LATENCY_LACKS: [StrictLimit; 2] = [
     NO_LOSS,
 ];
 
+/// Scattered stamps: not late on the whole.
+pub(super) static JITTER_LACKS: [StrictLimit; 1] = [StrictLimit {
+    signature: &signature::LAG,
+    limit: |effect, _| 0.7e-3 * effect.number("sigma_us").unwrap_or(0.0),
+    is_two_sided: true,
+    must: "scatter times and leave their middle where it is: here all events are late or early",
+}];
+
 /// An offset of the clock: the same in the dark.
 pub(super) const OFFSET_LACKS: StrictLimit = StrictLimit {
     signature: &signature::DARK_LAG,
