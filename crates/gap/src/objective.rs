@@ -118,6 +118,19 @@ impl<'a> Objective<'a> {
         Ok(summary)
     }
 
+    /// Events of run `run` of a model; none of a model with far too many.
+    ///
+    /// # Errors
+    /// A model that cannot be built or shown the scene.
+    pub(crate) fn events_of_run(
+        &self,
+        model: &SensorConfig,
+        run: u64,
+    ) -> Result<Option<EventStream>, GapError> {
+        let seed = evpose_core::seed_for(self.seed, "run", run);
+        self.reference_scene.simulate_up_to(model, seed, self.max_events)
+    }
+
     /// Mean and variance of the summary of a model over `runs` runs.
     ///
     /// # Errors

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 /// Schema version of [`Verdict`].
-pub const SCHEMA: u32 = 3;
+pub const SCHEMA: u32 = 4;
 
 /// The answer of the workflow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -91,9 +91,36 @@ pub struct Finding {
     pub probability: Option<f64>,
     /// Effects that this recording does not distinguish from it.
     pub confusable_with: Vec<String>,
+    /// Whether the recording shows what the effect does and its relatives do not; none of an effect
+    /// without such a test.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub signature: Option<SignatureTest>,
     /// Fractions of the gap that it explains; none where there is no gap to explain, without a scene.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub explained: Option<Explained>,
+}
+
+impl Finding {
+    /// Whether its name failed its test: it explains, but is not it.
+    pub fn is_demoted(&self) -> bool {
+        self.signature.as_ref().is_some_and(|test| !test.passes)
+    }
+}
+
+/// Test of a name by the signature of its effect: what the recording would have to show.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SignatureTest {
+    /// Whether the name stands.
+    pub passes: bool,
+    /// Probability of as clear a signature if the best model without the effect were true; one where
+    /// the recording does not show it.
+    pub p: f64,
+    /// What the recording would have to show, behind "it would have to".
+    pub must: String,
+    /// What it shows: measured, with the effect, and without it.
+    pub shows: String,
+    /// A recording that would show it.
+    pub recording: String,
 }
 
 /// Fractions of the gap as given that an effect or a parameter explains, on held-out data.
@@ -130,7 +157,8 @@ pub struct Unexplained {
     /// Probability that a run of the corrected model deviates as much, from replicates.
     #[serde(deserialize_with = "or_unknown")]
     pub p: f64,
-    /// Whether it is significant, and beyond what two simulators of one sensor differ by.
+    /// Whether it is significant: a probability below .01, and a gap of more than 1, which two runs of
+    /// one model have.
     pub is_significant: bool,
     /// Domain of the signal chain whose effects explain most of it.
     pub nearest_stage: String,
@@ -185,13 +213,16 @@ pub struct Verdict {
     pub verdict: Answer,
     /// Missing effects and wrong parameters, those that explain most first.
     pub effects: Vec<Finding>,
+    /// What explains a part of the gap, but is not it: names that failed their tests.
+    #[serde(default)]
+    pub demoted: Vec<Finding>,
     /// The part of the gap that is left.
     pub unexplained: Unexplained,
     /// Gap of the model as given, on held-out data.
     pub gap_before: GapValue,
     /// Gap of the corrected model, on held-out data.
     pub gap_after: GapValue,
-    /// Gap closed (fraction), see [`crate::search::gap_closed`].
+    /// Gap closed (fraction): one minus what is left unexplained.
     #[serde(deserialize_with = "or_unknown")]
     pub grr: f64,
     /// p-value of the largest deviation over all statistics.
@@ -199,7 +230,8 @@ pub struct Verdict {
     /// Location of the disagreement.
     #[serde(rename = "where")]
     pub place: Location,
-    /// Fraction of the disagreement in the span of the effects of each domain.
+    /// Fraction of the gap as given by domain: of what is named, and of what is left where that is
+    /// significant.
     pub stage_shares: std::collections::BTreeMap<String, f64>,
     /// Detection limits.
     pub limits: Vec<Limit>,
@@ -209,11 +241,28 @@ pub struct Verdict {
     pub c2st_before: Option<TwoSample>,
     /// Two-sample test of the corrected model.
     pub c2st_after: Option<TwoSample>,
+    /// Corrections of the input: unit and start of its stamps, mirrored image, exchanged polarity.
+    #[serde(default)]
+    pub corrections: Vec<String>,
+    /// Whether the search ended because its time was over.
+    #[serde(default)]
+    pub is_out_of_time: bool,
+    /// What to do next, as a sentence.
+    #[serde(default)]
+    pub next: String,
     /// Unusual properties of the inputs, and assumptions.
     pub notes: Vec<String>,
 }
 
+/// Exit code where the search ended because its time was over, whatever was found until then.
+pub const OUT_OF_TIME: u8 = 15;
+
 impl Verdict {
+    /// Exit code of the command.
+    pub fn exit_code(&self) -> u8 {
+        if self.is_out_of_time { OUT_OF_TIME } else { self.verdict.exit_code() }
+    }
+
     /// Whether it was made without a scene, in which case there is no gap.
     pub fn is_scene_free(&self) -> bool {
         self.gap_before.value.is_nan()

@@ -3,20 +3,12 @@
 use evpose_core::stats::distribution::normal_upper_tail;
 use evpose_core::stats::moments::mean_and_deviation;
 
-const FALSE_DISCOVERY_RATE: f64 = 0.05;
+use crate::discovery_rate::discoveries as of_p;
 
-/// Marks the deviations that are significant at a false discovery rate of 5 %, two-sided.
-///
-/// # Source
-/// Benjamini, Hochberg: *Controlling the false discovery rate*, J. R. Statist. Soc. B 57, 1995.
+/// Marks the deviations that are significant at the false discovery rate, two-sided.
 pub(super) fn discoveries(z: &[f64]) -> Vec<bool> {
     let p: Vec<f64> = z.iter().map(|z| 2.0 * normal_upper_tail(z.abs())).collect();
-    let mut sorted = p.clone();
-    sorted.sort_by(f64::total_cmp);
-    let n = sorted.len() as f64;
-    let passes = |(i, p): &(usize, &f64)| **p <= FALSE_DISCOVERY_RATE * (*i + 1) as f64 / n;
-    let limit = sorted.iter().enumerate().rfind(passes).map(|(_, p)| *p);
-    p.iter().map(|p| limit.is_some_and(|limit| *p <= limit)).collect()
+    of_p(&p)
 }
 
 /// Probability of a maximum of at least `maximum` by chance, given maxima `null` by chance: the

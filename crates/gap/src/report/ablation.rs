@@ -67,6 +67,9 @@ pub struct Doubt {
 /// Note of a verdict whose held-out data is a second recording.
 pub(crate) const SECOND_RECORDING: &str = "held out: a second recording";
 
+/// Beginning of a note of a verdict on a correction of its input.
+pub const CORRECTED_NOTE: &str = "corrected: ";
+
 impl Doubt {
     fn new(assumption: impl Into<String>, overturned_by: impl Into<String>) -> Self {
         Self { assumption: assumption.into(), overturned_by: overturned_by.into() }

@@ -15,7 +15,7 @@ use crate::locate::Located;
 use crate::verdict::Verdict;
 
 pub(crate) use ablation::SECOND_RECORDING;
-pub use ablation::{Ablation, Confusability, Doubt, ModelChange, Ranked};
+pub use ablation::{Ablation, CORRECTED_NOTE, Confusability, Doubt, ModelChange, Ranked};
 pub use plot::{AxisScale, Plot};
 pub use plots::plots;
 pub use probes::{BlockGap, ProbeRow, block_gaps, probe_rows};

@@ -26,7 +26,10 @@ type Curve = fn(&View<'_>) -> Vec<f64>;
 /// Computes all curves of a recording, of runs of the model, and of the corrected model if there
 /// are any.
 pub fn plots(measured: &View<'_>, runs: &[View<'_>], corrected: &[View<'_>]) -> Vec<Plot> {
-    let fill = |(plot, curve): (Plot, Curve)| {
+    let fill = |(mut plot, curve): (Plot, Curve)| {
+        if std::ptr::fn_addr_eq(curve, lags as Curve) {
+            plot.caption += &dark_against_bright(&curve(measured));
+        }
         let all = |views: &[View<'_>]| views.iter().map(curve).collect::<Vec<_>>();
         plot.with(curve(measured), &all(runs), &all(corrected))
     };
@@ -72,6 +75,23 @@ fn by_brightness() -> (Plot, Curve) {
         classes(Cell::BRIGHTNESSES),
     );
     (plot, lags)
+}
+
+/// Whether the darkest events of a recording come later than the brightest, as a sentence behind
+/// others; empty where there are too few.
+fn dark_against_bright(lags_ms: &[f64]) -> String {
+    /// Difference below which both are the same, milliseconds.
+    const SAME_MS: f64 = 0.02;
+    let known: Vec<f64> = lags_ms.iter().copied().filter(|lag| lag.is_finite()).collect();
+    let [darkest, .., brightest] = known[..] else { return String::new() };
+    let later_ms = darkest - brightest;
+    match later_ms.abs() < SAME_MS {
+        true => " Here the darkest and the brightest are alike.".to_owned(),
+        false => {
+            let how = if later_ms > 0.0 { "later" } else { "earlier" };
+            format!(" Here the darkest come {:.2} ms {how} than the brightest.", later_ms.abs())
+        }
+    }
 }
 
 fn by_speed() -> (Plot, Curve) {

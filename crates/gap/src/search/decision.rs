@@ -4,7 +4,7 @@
 //! ([`significance`](super::significance)). The constants of this file are all that decides beside
 //! it, and hold for all recordings; each says why it cannot come from the recording.
 
-use super::identification::ModelScore;
+use super::identification::{Left, ModelScore};
 use super::significance::{Difference, Unexplained};
 use crate::verdict::Answer;
 
@@ -35,6 +35,10 @@ const MIN_FRACTION_TO_TRY: f64 = 0.06;
 const MIN_FRACTION_OF_GAP_TO_TRY: f64 = 0.02;
 /// Minimum decrease of the discrepancy: tolerances of statistics are not known to less.
 const MIN_GAIN: f64 = 25.0;
+/// Level at which what is left is significant.
+const LEFT_LEVEL: f64 = 0.01;
+/// Gap of two runs of one model, below which nothing that is left is called significant.
+const CHANCE_GAP: f64 = 1.0;
 /// Fraction of the gap left above which an explanation is partial.
 const PARTIAL: f64 = 0.2;
 /// Multiple of the little noise that every camera has below which more of it is no effect: where the
@@ -107,13 +111,6 @@ pub fn is_within_tolerance(score: &ModelScore) -> bool {
     score.gap <= TOLERATED_GAP
 }
 
-/// Fraction of the gap above the tolerances that the second model closes; of the discrepancy, where
-/// the first has no such gap.
-pub fn gap_closed(before: &ModelScore, after: &ModelScore) -> f64 {
-    excess_closed(before.gap, after.gap)
-        .unwrap_or_else(|| 1.0 - after.discrepancy / before.discrepancy.max(1e-9))
-}
-
 /// Fraction of the gap beyond what two simulators of one sensor differ by that is closed; none
 /// where there is no such gap.
 pub fn excess_closed(before: f64, after: f64) -> Option<f64> {
@@ -132,23 +129,83 @@ pub(super) fn is_partial(after: &ModelScore, fraction_left: f64) -> bool {
     !is_within_tolerance(after) && fraction_left > PARTIAL
 }
 
-/// The answer, from the count of rivals of each named effect and of changed parameters.
-pub(super) fn decide(
-    confusable: &[usize],
-    parameters: usize,
-    after: &ModelScore,
-    fraction_left: f64,
-) -> Answer {
-    // Effects are named before parameters, and a gap within tolerance before anything. A name with
-    // many indistinguishable rivals is no answer, however much it explains.
-    let is_left = is_partial(after, fraction_left);
-    match (confusable.len(), parameters) {
-        (0, 0) if is_within_tolerance(after) => Answer::NoGap,
-        (0, 0) => Answer::NoneOfCatalogue,
+/// Whether what a model leaves is significant: beyond chance, and more than two runs of one model
+/// differ by.
+pub(super) fn is_left_significant(after: &ModelScore, left: &Unexplained) -> bool {
+    left.p < LEFT_LEVEL && after.gap > CHANCE_GAP
+}
+
+/// Findings of a search, as its answer depends on them.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Findings {
+    /// Rivals of each named effect that the recording does not distinguish from it.
+    pub(super) confusable: Vec<usize>,
+    /// Count of changed parameters that are named.
+    pub(super) parameters: usize,
+    /// Fraction of the gap as given that names explain which failed their tests; none if all passed.
+    pub(super) demoted: Option<f64>,
+}
+
+/// The answer, from what is named and what is left.
+pub(super) fn decide(findings: &Findings, left: &Left) -> Answer {
+    // Effects are named before parameters. A name with many indistinguishable rivals is no answer,
+    // however much it explains; and what is explained by something that is not it is unexplained.
+    let demoted = findings.demoted.unwrap_or(0.0).max(0.0);
+    let is_left = left.is_significant && left.fraction > PARTIAL || demoted > PARTIAL;
+    let confusable = &findings.confusable;
+    match (confusable.len(), findings.parameters) {
+        (0, 0) if findings.demoted.is_some() || left.is_significant => Answer::NoneOfCatalogue,
+        (0, 0) => Answer::NoGap,
         (0, _) if is_left => Answer::Partial,
         (0, _) => Answer::Parameter,
         _ if confusable.iter().all(|rivals| *rivals > MAX_CONFUSABLE) => Answer::Undecided,
         _ if is_left => Answer::Partial,
         _ => Answer::Effects,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn left(fraction: f64, is_significant: bool) -> Left {
+        Left { fraction, p: if is_significant { 1e-6 } else { 0.5 }, is_significant }
+    }
+
+    fn findings(names: usize, parameters: usize, demoted: Option<f64>) -> Findings {
+        Findings { confusable: vec![0; names], parameters, demoted }
+    }
+
+    #[test]
+    fn what_is_explained_by_something_else_is_no_answer() {
+        let answer = |findings: Findings| decide(&findings, &left(0.05, false));
+        assert_eq!(answer(findings(1, 0, None)), Answer::Effects);
+        assert_eq!(answer(findings(1, 0, Some(0.1))), Answer::Effects);
+        assert_eq!(answer(findings(1, 0, Some(0.5))), Answer::Partial);
+        assert_eq!(answer(findings(0, 1, Some(0.5))), Answer::Partial);
+        assert_eq!(answer(findings(0, 1, None)), Answer::Parameter);
+        assert_eq!(answer(findings(0, 0, Some(0.1))), Answer::NoneOfCatalogue);
+        assert_eq!(answer(findings(0, 0, None)), Answer::NoGap);
+    }
+
+    #[test]
+    fn only_what_is_significant_is_left() {
+        let answer = |left: Left| decide(&findings(1, 0, None), &left);
+        assert_eq!(answer(left(0.5, true)), Answer::Partial);
+        assert_eq!(answer(left(0.5, false)), Answer::Effects);
+        assert_eq!(decide(&Findings::default(), &left(1.0, true)), Answer::NoneOfCatalogue);
+    }
+
+    #[test]
+    fn below_the_gap_of_two_runs_nothing_is_significant() {
+        let unexplained = Unexplained { chance: 100.0, p: 1e-9 };
+        let score = |gap| ModelScore {
+            model: evpose_sensor::SensorConfig::default(),
+            discrepancy: 500.0,
+            gap,
+        };
+        assert!(is_left_significant(&score(1.2), &unexplained));
+        assert!(!is_left_significant(&score(0.45), &unexplained));
+        assert!(!is_left_significant(&score(1.2), &Unexplained { p: 0.02, ..unexplained }));
     }
 }

@@ -1,6 +1,6 @@
 //! The explanation: what each effect and parameter explains, and what is left.
 
-use super::decision::{Worth, decide, fraction_left};
+use super::decision::{Findings, Worth, decide, fraction_left, is_left_significant};
 use super::elimination::Dropped;
 use super::identification::{
     AddedEffect, ChangedParameter, Contender, DataSplits, ExplainedFraction, FittedCandidate,
@@ -13,6 +13,7 @@ use crate::GapError;
 use crate::candidate::Trial;
 use crate::fit::{Fit, descend};
 use crate::free_parameter::FreeParameter;
+use crate::goodness::{NameTests, control_false_names};
 use crate::parameters::ModelParameter;
 use crate::verdict::Answer;
 
@@ -70,6 +71,8 @@ pub(super) fn explain(
             contenders,
             confusable: compared.confusable,
             discrepancy_without: dropped.rest.held_out.discrepancy,
+            model_without: dropped.rest.model,
+            test: None,
             explained: explained(&alone, &dropped.worth),
         });
     }
@@ -80,23 +83,64 @@ pub(super) fn explain(
         parameter.set(&mut alone, parameter.value(&after.model));
         let alone = splits.score(&alone)?;
         let explained = explained(&alone, &worth);
-        changed_parameters.push(ChangedParameter { parameter, explained });
+        changed_parameters.push(ChangedParameter { parameter, explained, test: None });
     }
+    test_names(splits, &after, &mut added_effects, &mut changed_parameters)?;
     // The part that is left is relative to chance: replicates of a perfect model have a discrepancy
     // too.
     let left = unexplained(&splits.held_out, &after.model)?;
-    let fraction = fraction_left(&before, &after, &left);
-    let confusable: Vec<usize> = added_effects.iter().map(|added| added.confusable.len()).collect();
+    let left = Left {
+        fraction: fraction_left(&before, &after, &left),
+        p: left.p,
+        is_significant: is_left_significant(&after, &left),
+    };
+    let findings = findings(&added_effects, &changed_parameters);
     Ok(Identification {
-        answer: decide(&confusable, changed_parameters.len(), &after, fraction),
+        answer: decide(&findings, &left),
         before,
         refitted,
         added_effects,
         after,
         changed_parameters,
-        left: Left { fraction, p: left.p },
+        left,
         is_cut,
     })
+}
+
+/// Tests each name by the signature of its effect, and all together.
+fn test_names(
+    splits: &DataSplits<'_>,
+    after: &ModelScore,
+    effects: &mut [AddedEffect],
+    parameters: &mut [ChangedParameter],
+) -> Result<(), GapError> {
+    if effects.is_empty() && parameters.is_empty() {
+        return Ok(());
+    }
+    let tests = NameTests::new(&splits.held_out, &after.model)?;
+    for added in effects.iter_mut() {
+        added.test = tests.test(added.name(), &added.model_without)?;
+    }
+    for changed in parameters.iter_mut() {
+        changed.test = tests.test_parameter(changed.parameter);
+    }
+    let named = effects.iter_mut().map(|added| (&mut added.test, added.explained.p));
+    let mut named: Vec<_> = named.filter_map(|(test, p)| Some((test.as_mut()?, p))).collect();
+    control_false_names(&mut named);
+    Ok(())
+}
+
+fn findings(effects: &[AddedEffect], parameters: &[ChangedParameter]) -> Findings {
+    let demoted = effects.iter().filter(|added| added.is_demoted()).map(|added| added.explained);
+    let demoted = demoted.chain(
+        parameters.iter().filter(|changed| changed.is_demoted()).map(|changed| changed.explained),
+    );
+    let named = effects.iter().filter(|added| !added.is_demoted());
+    Findings {
+        confusable: named.map(|added| added.confusable.len()).collect(),
+        parameters: parameters.iter().filter(|changed| !changed.is_demoted()).count(),
+        demoted: demoted.map(|explained| explained.beside_others).reduce(|a, b| a + b),
+    }
 }
 
 impl Identification {
@@ -110,13 +154,14 @@ impl Identification {
     ) -> Result<Self, GapError> {
         // All of the (tolerable) gap is left, since nothing was changed.
         let left = unexplained(&splits.held_out, &before.model)?;
+        let is_significant = is_left_significant(&before, &left);
         Ok(Self {
             answer: Answer::NoGap,
             refitted: before.clone(),
             after: before.clone(),
             added_effects: Vec::new(),
             changed_parameters: Vec::new(),
-            left: Left { fraction: 1.0, p: left.p },
+            left: Left { fraction: 1.0, p: left.p, is_significant },
             is_cut: false,
             before,
         })

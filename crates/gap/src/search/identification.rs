@@ -7,7 +7,7 @@ use super::selection::Selection;
 use crate::candidate::Trial;
 use crate::fit::Fit;
 use crate::parameters::ModelParameter;
-use crate::verdict::Answer;
+use crate::verdict::{Answer, SignatureTest};
 use crate::{GapError, Objective};
 
 /// Simulated runs by which a model is scored.
@@ -100,12 +100,21 @@ pub struct ExplainedFraction {
 }
 
 /// A parameter of the model that differs from its given value.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct ChangedParameter {
     /// Parameter of the sensor model.
     pub parameter: ModelParameter,
     /// Fractions of the gap that the change explains.
     pub explained: ExplainedFraction,
+    /// Whether the recording shows what the parameter does; none without a test.
+    pub test: Option<SignatureTest>,
+}
+
+impl ChangedParameter {
+    /// Whether the parameter failed its test.
+    pub fn is_demoted(&self) -> bool {
+        self.test.as_ref().is_some_and(|test| !test.passes)
+    }
 }
 
 /// Unexplained part of the gap on held-out data.
@@ -115,6 +124,8 @@ pub struct Left {
     pub fraction: f64,
     /// Probability that a run of the corrected model deviates as much, from replicates.
     pub p: f64,
+    /// Whether it is significant.
+    pub is_significant: bool,
 }
 
 /// An effect that was added to the model, and the contenders that it was selected from.
@@ -126,11 +137,20 @@ pub struct AddedEffect {
     pub confusable: Vec<&'static str>,
     /// Discrepancy of the model without the effect, the others fitted again.
     pub discrepancy_without: f64,
+    /// The model without the effect, the others fitted again.
+    pub model_without: SensorConfig,
     /// Fractions of the gap that it explains.
     pub explained: ExplainedFraction,
+    /// Whether the recording shows what the effect does; none without a test.
+    pub test: Option<SignatureTest>,
 }
 
 impl AddedEffect {
+    /// Whether the name failed its test.
+    pub fn is_demoted(&self) -> bool {
+        self.test.as_ref().is_some_and(|test| !test.passes)
+    }
+
     /// Name of the effect in the catalogue.
     pub fn name(&self) -> &'static str {
         self.contenders[0].candidate.name

@@ -87,7 +87,7 @@ impl DataSplits<'_> {
         let forward =
             Forward { splits: self, proposals: &proposals, estimates: &estimates, excess, chance };
         let starts = [unfitted.clone(), without_offset, offset_alone];
-        let is_cut = forward.run(&mut selection, &starts, progress)?;
+        let mut is_cut = forward.run(&mut selection, &starts, progress)?;
         progress(&format!("testing: {}", selection.names()));
         selection.refine(self, model)?;
         selection.fit_together(self, FINAL_ROUNDS)?;
@@ -99,6 +99,7 @@ impl DataSplits<'_> {
         } else {
             is_within_tolerance(&tested.selection.held_out)
         };
+        is_cut |= !is_complete && !self.allows_rivals();
         if !is_complete && self.allows_rivals() {
             let other = test(&forward.with_parameters_as_given(&tested.selection, progress)?)?;
             // Changed parameters are the plainer explanation: more effects must explain more, and

@@ -42,12 +42,13 @@ mod stepwise;
 mod swap_move;
 
 pub use budget::Budget;
-pub use decision::{excess_closed, gap_closed, is_within_tolerance};
+pub use decision::{excess_closed, is_within_tolerance};
 pub use identification::{
     AddedEffect, ChangedParameter, Contender, DataSplits, ExplainedFraction, FittedCandidate,
     Identification, Left, ModelScore,
 };
 pub(crate) use recording_marks::common_period_us;
+pub(crate) use significance::student_upper_tail;
 
 /// Receives a line of text at the beginning of each stage of the search.
 pub type StageCallback<'a> = &'a dyn Fn(&str);

@@ -11,7 +11,8 @@
 //! # Source
 //! Williams: *Discrimination between regression models to determine the pattern of enzyme
 //! synthesis in synchronous cell cultures*, Biometrics 26, 1970. Cox: *Further results on tests of
-//! separate families of hypotheses*, J. R. Stat. Soc. B 24, 1962.
+//! separate families of hypotheses*, J. R. Stat. Soc. B 24, 1962. Wallace: *Bounds on normal approximations
+//! to Student's and the chi-square distributions*, Ann. Math. Stat. 30, 1959.
 
 use evpose_core::stats::distribution::normal_upper_tail;
 use evpose_core::stats::moments::mean_and_deviation;
@@ -24,6 +25,8 @@ use crate::{GapError, Layout, Objective};
 
 /// Replicates of the model that would be rejected.
 const REPLICATES: u64 = 8;
+/// Degrees of freedom of their deviation.
+const DEGREES: usize = REPLICATES as usize - 1;
 /// Smallest standard deviation of a difference: few replicates of a model with hardly any noise
 /// underestimate it.
 const MIN_DEVIATION: f64 = 4.0;
@@ -72,7 +75,7 @@ pub(super) fn difference(
     // A model that fits badly deviates by more than its own runs do.
     let z = (gain - mean) / (deviation * left.max(1.0));
     // Tails of few replicates are wider than normal ones: Student's t would be exact for them.
-    Ok(Difference { gain, p: normal_upper_tail(z * student_factor(z)), worsened: 0.0 })
+    Ok(Difference { gain, p: student_upper_tail(z, DEGREES), worsened: 0.0 })
 }
 
 /// As [`difference`], with what the second model explains worse.
@@ -139,18 +142,14 @@ pub(super) fn unexplained(
     let of = |summary: &[f64]| discrepancy(&expected.deviations(objective.layout, summary));
     let (chance, deviation) = of_replicates(objective, model, of)?;
     let z = (of(&objective.measured) - chance) / deviation.max(MIN_DEVIATION);
-    Ok(Unexplained { chance, p: normal_upper_tail(z * student_factor(z)) })
+    Ok(Unexplained { chance, p: student_upper_tail(z, DEGREES) })
 }
 
-/// Factor that takes a deviation on the scale of Student's t with `REPLICATES - 1` degrees of
-/// freedom to a normal one (Wallace 1959).
-fn student_factor(z: f64) -> f64 {
-    let n = (REPLICATES - 1) as f64;
-    if z.abs() < 1e-9 {
-        return 1.0;
-    }
-    let bound = (n * (z * z / n).ln_1p()).sqrt();
-    (8.0 * n + 1.0) / (8.0 * n + 3.0) * bound / z.abs()
+/// Probability that a variable with Student's t distribution exceeds `t` (Wallace 1959).
+pub(crate) fn student_upper_tail(t: f64, degrees: usize) -> f64 {
+    let n = degrees as f64;
+    let size = (n * (t * t / n).ln_1p()).sqrt() * (8.0 * n + 1.0) / (8.0 * n + 3.0);
+    normal_upper_tail(size.copysign(t))
 }
 
 #[cfg(test)]
@@ -161,7 +160,7 @@ mod tests {
     fn tails_of_few_replicates_are_those_of_students_t() {
         // t = 3.499 is exceeded with a probability of 0.005 at seven degrees of freedom.
         for (t, p) in [(1.895, 0.05), (2.998, 0.01), (3.499, 0.005)] {
-            let tail = normal_upper_tail(t * student_factor(t));
+            let tail = student_upper_tail(t, 7);
             assert!((tail / p - 1.0).abs() < 0.06, "{t}: {tail}");
         }
     }

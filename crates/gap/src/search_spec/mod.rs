@@ -2,12 +2,17 @@
 //! strength and its domain.
 
 mod effects;
+mod strict_limit;
 
 use evpose_sensor::{STAGES, StageSpec};
 
 use crate::common_parameter::CommonParameter;
 use crate::recording_mark::RecordingMark;
 use effects::EFFECTS;
+
+pub(crate) use strict_limit::StrictLimit;
+
+use crate::goodness::Signature;
 
 /// Properties of an effect that the search needs. [`PLAIN`] is right for most: an effect of the
 /// camera whose parameters are found by simulating it.
@@ -52,6 +57,14 @@ pub(crate) struct SearchSpec {
     pub(crate) same_as: Option<CommonParameter>,
     /// Why a scene that was estimated from such a source cannot test the effect.
     pub(crate) hidden_by: &'static [(SceneSource, &'static str)],
+    /// Signatures of which the recording must show one for the name to stand.
+    pub(crate) shows: &'static [&'static Signature],
+    /// Signatures that it leaves alone.
+    pub(crate) lacks: &'static [StrictLimit],
+    /// The same of the parameters that every model has.
+    pub(crate) common_lacks: &'static [(CommonParameter, StrictLimit)],
+    /// Its time that a readout hides, if that is shorter than a visit of every pixel.
+    pub(crate) hides_in_readout: Option<&'static str>,
     /// Values at which it is a little noise, such as every camera has; empty for what is no noise.
     pub(crate) dither: &'static [(&'static str, f64)],
 }
@@ -75,6 +88,10 @@ pub(crate) const PLAIN: SearchSpec = SearchSpec {
     resembles: &[],
     same_as: None,
     hidden_by: &[],
+    shows: &[],
+    lacks: &[],
+    common_lacks: &[],
+    hides_in_readout: None,
     dither: &[],
 };
 
@@ -190,6 +207,7 @@ mod tests {
             let keys = search.common.iter().map(|(_, key)| key);
             let keys = keys.chain(search.per_sensor).chain(search.rough).chain(&search.own);
             let keys = keys.chain(search.reach.iter().map(|(key, _)| key));
+            let keys = keys.chain(&search.hides_in_readout);
             for key in keys.chain(second.iter().map(|second| &second.param)) {
                 assert!(is_param(key), "{name}: {key}");
             }

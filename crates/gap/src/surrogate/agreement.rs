@@ -57,6 +57,7 @@ pub(super) fn effect(mark: RecordingMark, parameters: Vec<SceneFreeParameter>) -
         p: None,
         confusable_with: spec.search().resembles.to_vec(),
         pixels: Vec::new(),
+        test: None,
     }
 }
 

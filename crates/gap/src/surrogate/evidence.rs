@@ -9,7 +9,10 @@ use super::findings::SceneFreeEffect;
 use super::pixel_counts::Counts;
 use super::train::Train;
 use super::{interval, line, load};
+use crate::goodness::MIN_HOT_HZ;
+use crate::goodness::signature::HOT_PIXELS;
 use crate::recording_mark::RecordingMark;
+use crate::verdict::SignatureTest;
 
 /// Minimum contrast of the spectral line of a lamp.
 const MIN_LINE: f64 = 12.0;
@@ -176,8 +179,12 @@ impl Parts {
         if self.hot.is_empty() {
             return None;
         }
-        let fraction = self.hot.len() as f64 / self.whole.size.pixels() as f64;
-        let known = |train: &Train| hot_rates(train, &self.hot);
+        // What stands out a little among pixels without events is not hot: those that are decide.
+        let is_hot = |pixel: &u32| hot_rates(&self.whole, &[*pixel]).0 >= MIN_HOT_HZ;
+        let fast: Vec<u32> = self.hot.iter().copied().filter(is_hot).collect();
+        let hot = if fast.is_empty() { self.hot.clone() } else { fast };
+        let fraction = hot.len() as f64 / self.whole.size.pixels() as f64;
+        let known = |train: &Train| hot_rates(train, &hot);
         let (whole, [early, late]) = self.each(|train| Some(known(train)))?;
         let agreement = Agreement { tolerance: 0.5, resolution: 0.0 };
         let share = Agreement { tolerance: 0.5, resolution: 0.2 };
@@ -189,7 +196,8 @@ impl Parts {
             agreement.parameter("median_hz", "Hz", whole.0, [early.0, late.0])?,
             on_share,
         ];
-        Some(effect(RecordingMark::HotPixels, parameters).with_pixels(&self.whole, &self.hot))
+        let effect = effect(RecordingMark::HotPixels, parameters).with_pixels(&self.whole, &hot);
+        Some(SceneFreeEffect { test: Some(heat_test(whole.0)), ..effect })
     }
 
     fn dead_pixels(&self) -> Option<SceneFreeEffect> {
@@ -252,6 +260,17 @@ impl Parts {
             rates.parameter("off_hz", "Hz", off_hz, half_rates.map(|rates| rates.1))?,
         ];
         Some(effect(RecordingMark::RandomRest, parameters))
+    }
+}
+
+/// Whether pixels of this median rate are hot.
+fn heat_test(median_hz: f64) -> SignatureTest {
+    SignatureTest {
+        passes: median_hz >= MIN_HOT_HZ,
+        p: if median_hz >= MIN_HOT_HZ { 0.0 } else { 1.0 },
+        must: HOT_PIXELS.must.to_owned(),
+        shows: format!("pixels that stand out have {median_hz:.2} Hz in the median"),
+        recording: HOT_PIXELS.recording.to_owned(),
     }
 }
 

@@ -4,6 +4,8 @@ use std::fmt;
 
 use serde::Serialize;
 
+use crate::verdict::SignatureTest;
+
 /// A statistic of the recording with its distribution over surrogates.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SceneFreeStatistic {
@@ -58,6 +60,8 @@ pub struct SceneFreeEffect {
     pub confusable_with: Vec<&'static str>,
     /// Affected pixels (column, row), for effects of single pixels.
     pub pixels: Vec<(u16, u16)>,
+    /// Test of the name; none without one.
+    pub test: Option<SignatureTest>,
 }
 
 /// An effect that is not testable in this recording.

@@ -96,6 +96,7 @@ fn effect_finding<'a>(
         parameters: quantities,
         probability: is_effect.then(|| CALIBRATION.probability(&evidence)),
         confusable_with: confusable.map(str::to_owned).collect(),
+        signature: added.test.clone(),
         explained: Some(explained(&added.explained)),
     };
     EvidencedFinding { finding, evidence: Some(evidence), errors }
@@ -121,6 +122,7 @@ fn parameter_finding(
         parameters: BTreeMap::from([(name.clone(), quantity)]),
         probability: None,
         confusable_with: same.map(str::to_owned).into_iter().collect(),
+        signature: changed.test.clone(),
         explained: Some(explained(&changed.explained)),
     };
     EvidencedFinding { finding, evidence: None, errors: BTreeMap::from([(name, raw)]) }

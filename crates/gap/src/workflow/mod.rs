@@ -22,6 +22,7 @@ mod gap_value;
 mod inputs;
 mod limits;
 mod model;
+mod next_step;
 mod nuisance;
 mod nuisance_spread;
 mod outcome;
@@ -31,6 +32,7 @@ mod scene_free_verdict;
 mod subsets;
 mod time_grid;
 
+pub use crate::goodness::test_name;
 pub use ablation::ablation;
 pub use calibration::{
     CALIBRATION, Calibration, ErrorScale, FEATURES, FindingEvidence, ParameterOwner,

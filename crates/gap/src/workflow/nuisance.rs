@@ -129,7 +129,8 @@ impl Nuisance {
         if verdict.effects.len() < before {
             verdict.notes.insert(1, self.instead_of_thresholds.to_owned());
         }
-        if verdict.verdict == Answer::Parameter && verdict.effects.is_empty() {
+        let is_empty = verdict.effects.is_empty() && verdict.demoted.is_empty();
+        if verdict.verdict == Answer::Parameter && is_empty {
             // With free thresholds, the model has no gap.
             verdict.verdict = Answer::NoGap;
             verdict.gap_before = verdict.gap_after;

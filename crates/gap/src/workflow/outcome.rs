@@ -1,5 +1,7 @@
 //! The verdict, the corrected model and the report, from the result of a search.
 
+use std::collections::BTreeMap;
+
 use evpose_core::{EventStream, Micros, seed_for};
 use evpose_sensor::SensorConfig;
 use rayon::prelude::*;
@@ -8,16 +10,15 @@ use super::chance::p_of_largest_deviation;
 use super::evidence::AnswerEvidence;
 use super::findings::{EvidencedFinding, evidenced_findings};
 use super::gap_value::{RUNS, deviations, resampled};
+use super::next_step::{domain_of, next_step};
 use super::{Directions, Prepared, ablation, gap_value, limits};
 use crate::c2st::two_sample;
 use crate::locate::{Located, Response, locate};
 use crate::report::{
-    Confusability, Doubt, Ranked, ReportData, SideBySide, block_gaps, plots, probe_rows,
+    CORRECTED_NOTE, Confusability, Doubt, Ranked, ReportData, SideBySide, block_gaps, plots,
+    probe_rows,
 };
-use crate::search::{
-    Contender, DataSplits, Identification, ModelScore, StageCallback, gap_closed,
-    is_within_tolerance,
-};
+use crate::search::{Contender, DataSplits, Identification, ModelScore, StageCallback};
 use crate::verdict::{Answer, Finding, SCHEMA, TwoSample, Unexplained, Verdict};
 use crate::{GapError, Objective, View};
 
@@ -29,8 +30,6 @@ const LOCATING_RUNS: [u64; 2] = [8, 4];
 const CLASSIFIED_RUNS: usize = 4;
 /// Bootstrap resamples for gaps of blocks.
 const RESAMPLES: u64 = 60;
-/// Level at which what is left is significant.
-const LEVEL: f64 = 0.01;
 /// Frames of the side-by-side animation, and the length of each.
 const FRAMES: usize = 24;
 const FRAME: Micros = Micros(10_000);
@@ -58,7 +57,7 @@ pub fn answer_score(result: &Identification) -> &ModelScore {
     }
 }
 
-/// Findings of an answer; empty where there is no gap.
+/// Findings of an answer, without names that failed their tests; empty where there is no gap.
 ///
 /// # Errors
 /// A model that cannot be built or shown the scene.
@@ -67,7 +66,8 @@ pub fn findings_of_answer(
     result: &Identification,
 ) -> Result<Vec<Finding>, GapError> {
     let all = evidence_of_answer(splits, result)?;
-    Ok(all.into_iter().map(|evidenced| evidenced.finding).collect())
+    let findings = all.into_iter().map(|evidenced| evidenced.finding);
+    Ok(findings.filter(|finding| !finding.is_demoted()).collect())
 }
 
 fn evidence_of_answer(
@@ -75,7 +75,7 @@ fn evidence_of_answer(
     result: &Identification,
 ) -> Result<Vec<EvidencedFinding>, GapError> {
     match result.answer {
-        Answer::NoGap | Answer::NoneOfCatalogue => Ok(Vec::new()),
+        Answer::NoGap => Ok(Vec::new()),
         _ => evidenced_findings(splits, result),
     }
 }
@@ -96,7 +96,8 @@ pub fn outcome(
     progress("estimates with their intervals");
     let findings = evidence_of_answer(splits, result)?;
     let evidence = AnswerEvidence::new(splits, result, &findings);
-    let effects = findings.into_iter().map(|evidenced| evidenced.finding).collect();
+    let findings = findings.into_iter().map(|evidenced| evidenced.finding);
+    let (demoted, effects): (Vec<Finding>, Vec<Finding>) = findings.partition(Finding::is_demoted);
     progress("detection limits");
     // On the screening part: a direction takes a simulation for every effect and strength.
     let directions = Directions::simulate(&splits.screen, given, &prepared.left_out)?;
@@ -119,27 +120,30 @@ pub fn outcome(
     progress("ablation");
     let ablation = ablation(splits, result, seed)?;
     let on_screen = |model: &SensorConfig| deviations(&splits.screen, model);
-    let cut = result.is_cut.then(|| {
-        "the search ended because its time (--budget) was over: there may be further effects"
-            .to_owned()
-    });
-    let verdict = Verdict {
+    let of_left = directions.shares(&on_screen(&after.model)?);
+    let unexplained = unexplained(result, &left, &of_left);
+    let mut verdict = Verdict {
         schema: SCHEMA,
         verdict: result.answer,
+        stage_shares: stage_shares(&effects, &unexplained, &of_left),
         effects,
-        unexplained: unexplained(result, &left, &directions, &on_screen(&after.model)?),
+        demoted,
         gap_before: gap_value(held_out, given, seed)?,
         gap_after: gap_value(held_out, &after.model, seed)?,
-        grr: gap_closed(&result.before, after),
+        grr: closed(&unexplained),
+        unexplained,
         p,
         place: before.location(),
-        stage_shares: directions.shares(&on_screen(given)?),
         limits: limits.limits,
         untestable: limits.untestable,
         c2st_before: Some(c2st_before),
         c2st_after: Some(c2st_after),
-        notes: prepared.notes.iter().cloned().chain(cut).collect(),
+        corrections: corrections(&prepared.notes),
+        is_out_of_time: result.is_cut,
+        next: String::new(),
+        notes: prepared.notes.clone(),
     };
+    verdict.next = next_step(&verdict);
     let sets = [("measured", &held_out.events), ("model", &runs[0]), ("corrected", &corrected[0])];
     let report = ReportData {
         before,
@@ -204,22 +208,52 @@ fn views<'a>(objective: &Objective<'a>, streams: &[EventStream]) -> Vec<View<'a>
 fn unexplained(
     result: &Identification,
     left: &Located,
-    directions: &Directions,
-    deviations: &[f64],
+    of_left: &BTreeMap<String, f64>,
 ) -> Unexplained {
-    let shares = directions.shares(deviations);
-    let nearest = shares.iter().max_by(|a, b| a.1.total_cmp(b.1));
+    let nearest = of_left.iter().max_by(|a, b| a.1.total_cmp(b.1));
     let location = left.location();
     Unexplained {
         fraction: result.left.fraction,
         p: result.left.p,
-        // A large recording makes differences significant that no use of it would notice.
-        is_significant: result.left.p < LEVEL && !is_within_tolerance(answer_score(result)),
+        is_significant: result.left.is_significant,
         nearest_stage: nearest.map_or_else(String::new, |(name, _)| name.clone()),
         sentence: location.sentence,
         shares: location.shares,
         responses: left.responses.iter().map(Response::sentence).collect(),
     }
+}
+
+/// Corrections of the input among notes.
+fn corrections(notes: &[String]) -> Vec<String> {
+    notes.iter().filter_map(|note| note.strip_prefix(CORRECTED_NOTE)).map(str::to_owned).collect()
+}
+
+/// Gap closed (fraction): what is not left.
+fn closed(unexplained: &Unexplained) -> f64 {
+    1.0 - unexplained.fraction
+}
+
+/// Fraction of the gap as given by domain: what each finding explains, and of what is left, where it
+/// is significant, the parts in proportion to `of_left`.
+fn stage_shares(
+    findings: &[Finding],
+    unexplained: &Unexplained,
+    of_left: &BTreeMap<String, f64>,
+) -> BTreeMap<String, f64> {
+    let mut shares: BTreeMap<String, f64> = BTreeMap::new();
+    for finding in findings {
+        let fraction = finding.explained.map_or(0.0, |explained| explained.beside_others);
+        if let Some(domain) = domain_of(&finding.name).filter(|_| fraction > 0.0) {
+            *shares.entry(domain.to_owned()).or_default() += fraction;
+        }
+    }
+    let all: f64 = of_left.values().sum();
+    if unexplained.is_significant && all > 0.0 {
+        for (domain, share) in of_left {
+            *shares.entry(domain.clone()).or_default() += unexplained.fraction * share / all;
+        }
+    }
+    shares
 }
 
 /// Contenders for the first effect, by their discrepancy on held-out data.

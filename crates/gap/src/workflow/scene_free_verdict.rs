@@ -28,21 +28,24 @@ pub fn scene_free_verdict(
     let results = test_recording(events, REPLICATES[usize::from(is_quick)], seed);
     let is_missing =
         |effect: &&SceneFreeEffect| effect.p.is_some() && model.effect(effect.name).is_none();
-    let effects: Vec<Finding> = results.effects.iter().filter(is_missing).map(finding).collect();
+    let found = results.effects.iter().filter(is_missing).map(finding);
+    let (demoted, effects): (Vec<Finding>, Vec<Finding>) = found.partition(Finding::is_demoted);
     let ps = results.statistics.iter().filter_map(|statistic| statistic.adjusted_p);
     let none = GapValue { value: f64::NAN, lo: f64::NAN, hi: f64::NAN };
     let p = ps.fold(1.0, f64::min);
     let is_unexplained = results.effects.iter().all(|effect| effect.p.is_none());
-    let verdict = match effects.is_empty() {
+    let answer = match effects.is_empty() {
         false => Answer::Effects,
         // A statistic is significant, and no effect that both halves agree on explains it.
-        true if is_unexplained && p <= LEVEL => Answer::Undecided,
+        true if (is_unexplained || !demoted.is_empty()) && p <= LEVEL => Answer::Undecided,
         true => Answer::NoGap,
     };
+    let next = next_step(&effects, &demoted);
     Verdict {
         schema: SCHEMA,
-        verdict,
+        verdict: answer,
         effects,
+        demoted,
         unexplained: Unexplained {
             fraction: f64::NAN,
             p: f64::NAN,
@@ -62,7 +65,28 @@ pub fn scene_free_verdict(
         untestable: results.untestable.iter().map(|u| (u.name.to_owned(), u.why.clone())).collect(),
         c2st_before: None,
         c2st_after: None,
+        corrections: Vec::new(),
+        is_out_of_time: false,
+        next,
         notes: notes(&results),
+    }
+}
+
+/// What to do next: most effects need a scene.
+fn next_step(effects: &[Finding], demoted: &[Finding]) -> String {
+    if let Some((one, test)) = demoted.iter().find_map(|one| Some((one, one.signature.as_ref()?))) {
+        return format!("to name what only looks like {}: record {}", one.name, test.recording);
+    }
+    match effects.is_empty() {
+        true => {
+            "record a scene whose light is known, and name it with --scene: most effects need one"
+                .to_owned()
+        }
+        false => {
+            "simulate with corrected.toml; a scene whose light is known (--scene) shows the other \
+                  effects"
+                .to_owned()
+        }
     }
 }
 
@@ -90,6 +114,7 @@ fn finding(effect: &SceneFreeEffect) -> Finding {
         parameters: effect.parameters.iter().map(quantity).collect(),
         probability: Some(1.0 - effect.p.unwrap_or(1.0)),
         confusable_with: effect.confusable_with.iter().map(|name| (*name).to_owned()).collect(),
+        signature: effect.test.clone(),
         explained: None,
     }
 }

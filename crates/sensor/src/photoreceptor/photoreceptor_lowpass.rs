@@ -72,7 +72,7 @@ const SIGNAL: Parameter = Parameter::Word(WordSpec {
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "photoreceptor_lowpass",
     domain: Domain::Photoreceptor,
-    summary: "voltage follows light with a delay that is longer in the dark",
+    summary: "voltage follows light with a delay, by the light",
     formula: "dV/dt = 2 pi cutoff_hz (I + dark_light) (V_in - V)",
     params: &[CUTOFF, DARK_LIGHT, LIGHT, STEP, SIGNAL],
     source: Citation::LICHTSTEINER_2008,

@@ -11,7 +11,7 @@ use crate::tasks::opening::OpeningArgs;
 
 const EXIT_CODES: &str = "Exit codes: 0 no gap, 10 a parameter differs, 11 effects are missing, 12 no known \
                           effect explains the gap, 13 undecided, 14 a part of the gap is explained, \
-                          2 invalid input, 1 any other error.";
+                          15 the time of --budget ran out, 2 invalid input, 1 any other error.";
 
 /// Subcommands of `evpose gap` that identify effects of a recording.
 #[derive(Debug, Subcommand)]
@@ -112,8 +112,8 @@ pub struct InputArgs {
     evpose gap run --measured davis.aedat4 --scene frames --response linear --out gap/\n  \
     evpose gap run --measured rec.npz --scene none --out gap/\n\n\
     Exit codes: 0 no gap, 10 a parameter differs, 11 effects are missing, 12 no known effect explains \
-    anything of the gap, 13 undecided, 14 a part of the gap is explained, 2 invalid input, 1 any other \
-    error.")]
+    anything of the gap, 13 undecided, 14 a part of the gap is explained, 15 the time of --budget ran out, \
+    2 invalid input, 1 any other error.")]
 pub struct RunArgs {
     #[command(flatten)]
     pub(crate) inputs: InputArgs,

@@ -13,7 +13,7 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result};
 use evpose_gap::report::ReportData;
-use evpose_gap::verdict::Answer;
+use evpose_gap::verdict::{Answer, OUT_OF_TIME};
 
 pub use args::GapCommand;
 use args::ReportArgs;
@@ -25,14 +25,20 @@ use crate::progress::say;
 /// Runs `evpose gap`.
 pub fn run(command: &GapCommand) -> Result<ExitCode> {
     let done = |result: Result<()>| result.map(|()| ExitCode::SUCCESS);
-    let exit = |answer: Answer| ExitCode::from(answer.exit_code());
+    let exit = |answer: Answer, is_out_of_time: bool| {
+        ExitCode::from(if is_out_of_time { OUT_OF_TIME } else { answer.exit_code() })
+    };
     match command {
-        GapCommand::Run(args) => run::run(args).map(exit),
+        GapCommand::Run(args) => run::run(args).map(ExitCode::from),
         GapCommand::Probe(args) => done(steps::probe(args)),
         GapCommand::Locate(args) => done(steps::locate(args)),
-        GapCommand::Name(args) => steps::name(args).map(exit),
-        GapCommand::Correct(args) => steps::correct(args).map(exit),
-        GapCommand::Ablate(args) => steps::ablate(args).map(exit),
+        GapCommand::Name(args) => steps::name(args).map(|(answer, is_cut)| exit(answer, is_cut)),
+        GapCommand::Correct(args) => {
+            steps::correct(args).map(|(answer, is_cut)| exit(answer, is_cut))
+        }
+        GapCommand::Ablate(args) => {
+            steps::ablate(args).map(|(answer, is_cut)| exit(answer, is_cut))
+        }
         GapCommand::Power(args) => done(steps::power(args)),
         GapCommand::Report(args) => done(again(args)),
         GapCommand::Verify(args) => done(verify::run(args)),

@@ -1,6 +1,7 @@
 //! Notes on the inputs of a comparison: a line on the terminal and one of the verdict.
 
 use evpose_gap::input::Problem;
+use evpose_gap::report::CORRECTED_NOTE;
 
 pub(super) struct InputNote {
     /// None of a property of the input, or of an assumption.
@@ -15,7 +16,9 @@ impl InputNote {
     }
 
     pub(super) fn of(problem: &Problem, is_corrected: bool) -> Self {
-        let label = Some(if is_corrected { "corrected" } else { "problem" });
+        // The verdict finds corrections by the beginning of their notes.
+        let label =
+            Some(if is_corrected { CORRECTED_NOTE.trim_end_matches(": ") } else { "problem" });
         Self { label, text: problem.to_string() }
     }
 

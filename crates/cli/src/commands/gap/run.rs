@@ -8,7 +8,6 @@ use anyhow::{Context, Result, anyhow};
 use evpose_core::TimeWindow;
 use evpose_gap::input::{Problem, load_recording};
 use evpose_gap::report::{Fact, ReportData};
-use evpose_gap::verdict::Answer;
 use evpose_gap::workflow::{AnswerEvidence, outcome, scene_free_verdict, with_stamp_period};
 
 use super::args::{InputArgs, RunArgs};
@@ -35,7 +34,7 @@ struct Written {
     seconds: BTreeMap<String, f64>,
 }
 
-pub(super) fn run(args: &RunArgs) -> Result<Answer> {
+pub(super) fn run(args: &RunArgs) -> Result<u8> {
     use_threads(args.inputs.threads)?;
     let written = if args.inputs.scene == Path::new(NONE) {
         alone(&args.inputs)?
@@ -45,7 +44,7 @@ pub(super) fn run(args: &RunArgs) -> Result<Answer> {
     write(args, &written)?;
     terminal::lines(&written.report).iter().for_each(say);
     say(format!("written to {}", args.out.display()));
-    Ok(written.report.verdict.verdict)
+    Ok(written.report.verdict.exit_code())
 }
 
 fn compared(args: &InputArgs) -> Result<Written> {
@@ -100,7 +99,11 @@ fn alone(args: &InputArgs) -> Result<Written> {
     // A camera's tick is no effect to be found: the model gets it first.
     let model = with_stamp_period(&model, recording.tick);
     clock.lap("inputs");
+    // Hundreds of copies of a recording take minutes.
+    let spinner = spinner();
+    spinner.set_message("comparing the recording with copies whose times are redrawn");
     let mut verdict = scene_free_verdict(&recording.events, &model, args.quick, args.seed);
+    spinner.finish_and_clear();
     verdict.notes.extend(recording.notes);
     if recording.outside > 0 {
         verdict.notes.push(Problem::Outside(recording.outside).to_string());

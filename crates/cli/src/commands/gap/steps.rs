@@ -80,7 +80,7 @@ pub(super) fn locate(args: &InputArgs) -> Result<()> {
 }
 
 /// `evpose gap name`.
-pub(super) fn name(args: &InputArgs) -> Result<Answer> {
+pub(super) fn name(args: &InputArgs) -> Result<(Answer, bool)> {
     use_threads(args.threads)?;
     with_name(args, |_, splits, result| {
         for finding in findings_of_answer(splits, result)? {
@@ -108,7 +108,7 @@ pub(super) fn name(args: &InputArgs) -> Result<Answer> {
 }
 
 /// `evpose gap correct`.
-pub(super) fn correct(args: &CorrectArgs) -> Result<Answer> {
+pub(super) fn correct(args: &CorrectArgs) -> Result<(Answer, bool)> {
     use_threads(args.inputs.threads)?;
     with_name(&args.inputs, |_, _, result| {
         write_file(&args.out, answer_score(result).model.to_toml())?;
@@ -127,7 +127,7 @@ pub(super) fn correct(args: &CorrectArgs) -> Result<Answer> {
 }
 
 /// `evpose gap ablate`.
-pub(super) fn ablate(args: &InputArgs) -> Result<Answer> {
+pub(super) fn ablate(args: &InputArgs) -> Result<(Answer, bool)> {
     use_threads(args.threads)?;
     with_name(args, |prepared, splits, result| {
         for row in ablation(splits, result, prepared.seed)? {
@@ -141,7 +141,7 @@ pub(super) fn ablate(args: &InputArgs) -> Result<Answer> {
 fn with_name(
     args: &InputArgs,
     then: impl FnOnce(&Prepared, &DataSplits<'_>, &Identification) -> Result<()>,
-) -> Result<Answer> {
+) -> Result<(Answer, bool)> {
     let prepared = inputs::prepare(args)?;
     let splits = prepared.data_splits()?;
     let spinner = spinner();
@@ -152,6 +152,9 @@ fn with_name(
         nuisance.restrict_identification(&mut result);
     }
     spinner.finish_and_clear();
+    if result.is_cut {
+        say(words::OUT_OF_TIME);
+    }
     let names: Vec<&str> = result.added_effects.iter().map(|added| added.name()).collect();
     let mut gaps = format!("gap {:.2} as given", result.before.gap);
     if result.refitted.gap != result.before.gap {
@@ -165,7 +168,7 @@ fn with_name(
     }
     say(format!("{:<18}{gaps}", result.answer.key()));
     then(&prepared, &splits, &result)?;
-    Ok(result.answer)
+    Ok((result.answer, result.is_cut))
 }
 
 /// `evpose gap power`.

@@ -30,8 +30,10 @@ pub(crate) fn verdict() -> Verdict {
             parameters: BTreeMap::from([("rate_hz".to_owned(), rate)]),
             probability: Some(0.99),
             confusable_with: vec!["parasitic_photo_leak".to_owned()],
+            signature: None,
             explained: Some(Explained { alone: 0.95, beside_others: 0.93, p: 1e-7 }),
         }],
+        demoted: Vec::new(),
         unexplained: Unexplained {
             fraction: 0.04,
             p: 0.21,
@@ -61,6 +63,9 @@ pub(crate) fn verdict() -> Verdict {
         untestable: BTreeMap::from([("arbiter".to_owned(), "never busy <enough>".to_owned())]),
         c2st_before: Some(TwoSample { auc: 0.91, p: 0.01 }),
         c2st_after: Some(TwoSample { auc: 0.52, p: 0.31 }),
+        corrections: Vec::new(),
+        is_out_of_time: false,
+        next: "record it again".to_owned(),
         notes: vec!["stamps are whole microseconds".to_owned()],
     }
 }

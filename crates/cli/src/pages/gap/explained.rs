@@ -22,7 +22,8 @@ pub(crate) fn beside_others(finding: &Finding) -> f64 {
 /// explain only jointly, since each can stand in for another; negative, what is counted with more
 /// than one of them, since it takes them all. Zero if too little to be mentioned.
 pub(crate) fn jointly(verdict: &Verdict) -> f64 {
-    let each: f64 = verdict.effects.iter().map(beside_others).sum();
+    let all = verdict.effects.iter().chain(&verdict.demoted);
+    let each: f64 = all.map(beside_others).sum();
     let joint = 1.0 - each - verdict.unexplained.fraction;
     if joint.abs() < MENTIONED { 0.0 } else { joint }
 }
@@ -31,8 +32,13 @@ pub(crate) fn line(verdict: &Verdict) -> String {
     let part = |finding: &Finding| format!("{} {}", finding.name, percent(beside_others(finding)));
     let parts: Vec<String> = verdict.effects.iter().map(part).collect();
     let mut text = if parts.is_empty() { "nothing".to_owned() } else { parts.join(", ") };
+    let demoted: Vec<String> = verdict.demoted.iter().map(part).collect();
+    if !demoted.is_empty() {
+        // It closes the gap, but the recording does not show what it does.
+        text += &format!("; like {}, but not by it", demoted.join(" and "));
+    }
     let joint = jointly(verdict);
-    if joint != 0.0 && !parts.is_empty() {
+    if joint != 0.0 && parts.len() + demoted.len() > 0 {
         let what = if joint > 0.0 { "jointly" } else { "counted twice" };
         text += &format!("; {what} {}", percent(joint.abs()));
     }
@@ -51,8 +57,7 @@ pub(crate) fn left_in_words(left: &Unexplained) -> String {
         true => format!("{fraction} is left, more than chance ({}).", probability(left.p)),
         false if left.fraction.is_finite() => {
             format!(
-                "{fraction} is left, which is not significant: runs of the model, or two simulators \
-                 of one sensor, differ by as much."
+                "{fraction} is left, which is not significant: two runs of one model differ by as much."
             )
         }
         false => "Nothing significant is left.".to_owned(),

@@ -17,6 +17,8 @@ use evpose_report::waterfall::{self, WaterfallStep};
 /// Colours of parameters of the model, of what several explain jointly, and of what is left.
 const PARAMETER: Colour = (201, 152, 32);
 const JOINTLY: Colour = (168, 205, 190);
+/// Of what explains, but is not it.
+const DEMOTED: Colour = (176, 142, 168);
 const LEFT: Colour = (163, 38, 46);
 
 /// The waterfall, and the table under it.
@@ -53,6 +55,11 @@ pub(crate) fn explanation(page: &mut HtmlPage, data: &ReportData) -> Result<(), 
     if let Some(text) = joint_in_words(explained::jointly(verdict), verdict.effects.len()) {
         page.markup(&format!("<p class=\"soft\">{text}</p>"));
     }
+    for finding in &verdict.demoted {
+        let failed = words::failed(finding).unwrap_or_default();
+        let text = format!("<b>{}</b> {}.", escape(&finding.name), escape(&failed));
+        page.markup(&format!("<p class=\"say\">{text}</p>"));
+    }
     if verdict.effects.is_empty() {
         return Ok(());
     }
@@ -83,8 +90,12 @@ fn steps(verdict: &Verdict) -> Vec<WaterfallStep> {
         };
         explain(label(finding), explained::beside_others(finding), colour);
     }
+    for finding in &verdict.demoted {
+        let label = format!("like {}", finding.name);
+        explain(label, explained::beside_others(finding), DEMOTED);
+    }
     let joint = explained::jointly(verdict);
-    if joint != 0.0 && !verdict.effects.is_empty() {
+    if joint != 0.0 && verdict.effects.len() + verdict.demoted.len() > 0 {
         let name = if joint > 0.0 { "jointly" } else { "counted twice" };
         explain(name.to_owned(), joint, JOINTLY);
     }
@@ -137,8 +148,9 @@ fn table(page: &mut HtmlPage, verdict: &Verdict) {
         };
         let p = explained.map_or_else(|| "-".to_owned(), |e| words::probability(e.p));
         let summary = words::summary(&finding.name).unwrap_or_default();
+        let shows = finding.signature.as_ref().map_or("", |test| test.shows.as_str());
         vec![
-            format!("{}<br>{}", named(finding), escape(summary)),
+            format!("{}<br>{}<br>{}", named(finding), escape(summary), escape(shows)),
             values(finding),
             fraction(|explained| explained.alone),
             fraction(|explained| explained.beside_others),

@@ -123,6 +123,15 @@ fn banner(page: &mut HtmlPage, data: &ReportData) {
         escape(&words::headline(verdict)),
         escape(&words::meaning(verdict))
     ));
+    if verdict.is_out_of_time {
+        page.markup(&format!("<p class=\"say\"><b>{}</b></p>", escape(words::OUT_OF_TIME)));
+    }
+    for correction in &verdict.corrections {
+        page.markup(&format!("<p class=\"say\">Input corrected: {}</p>", escape(correction)));
+    }
+    if !verdict.next.is_empty() {
+        page.markup(&format!("<p class=\"say\">Next: {}</p>", escape(&verdict.next)));
+    }
     // A comparison without a scene, or without its light, says so in its first note.
     if let Some(mode) = verdict.notes.first().filter(|note| note.starts_with("mode ")) {
         page.markup(&format!("<p class=\"say\">{}</p>", escape(mode)));
@@ -136,7 +145,7 @@ fn banner(page: &mut HtmlPage, data: &ReportData) {
     }
     if !verdict.effects.is_empty() && !verdict.is_scene_free() {
         cards.push((words::gap(&verdict.gap_after), "gap of the corrected model"));
-        cards.push((words::closed(verdict), "of the gap beyond tolerances closed"));
+        cards.push((words::closed(verdict), "of the discrepancy closed"));
     }
     if explained::has_fractions(verdict) {
         let text = match verdict.unexplained.is_significant {
@@ -157,6 +166,13 @@ fn banner(page: &mut HtmlPage, data: &ReportData) {
     };
     let cards: String = cards.iter().map(card).collect();
     page.markup(&format!("<div class=\"cards\">{cards}</div>"));
+    if let Some(separated) = words::separated(verdict).filter(|_| !verdict.effects.is_empty()) {
+        page.markup(&format!("<p class=\"say\">{}.</p>", escape(&separated)));
+    }
+    if !verdict.is_scene_free() {
+        let all = words::DEFINITIONS.join(" ");
+        page.markup(&format!("<p class=\"soft\">{}</p>", escape(&all)));
+    }
 }
 
 /// Colours and what they are.

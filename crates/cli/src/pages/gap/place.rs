@@ -57,7 +57,7 @@ pub(crate) fn place(page: &mut HtmlPage, data: &ReportData) -> Result<()> {
     stages.sort_by(|a, b| b.1.total_cmp(&a.1));
     if !stages.is_empty() {
         columns +=
-            &format!("<div><h3>Part of the camera that does so</h3>{}</div>", shares(stages)?);
+            &format!("<div><h3>Part of the camera, by what is named</h3>{}</div>", shares(stages)?);
     }
     let first = maps::figure(&before.maps, "Model as given")?;
     let after = match &data.after {

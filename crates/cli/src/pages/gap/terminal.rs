@@ -30,6 +30,13 @@ pub fn lines(data: &ReportData) -> Vec<String> {
 /// The headline, what explains the gap, and the first findings with their values.
 fn answer(verdict: &Verdict) -> Vec<String> {
     let mut lines = wrapped("", &words::headline(verdict).to_uppercase(), 3, 0);
+    if verdict.is_out_of_time {
+        // The second line, in a headline of one: what was found may not be all.
+        lines.splice(1..1, wrapped("", words::OUT_OF_TIME, 2, 2));
+    }
+    for correction in &verdict.corrections {
+        lines.extend(wrapped("", &format!("input corrected: {correction}"), 2, 2));
+    }
     if explained::has_fractions(verdict) {
         // At most three lines: the whole report has twenty-five.
         let text = explained::line(verdict);
@@ -55,6 +62,9 @@ fn answer(verdict: &Verdict) -> Vec<String> {
         if let Some(summary) = words::summary(&finding.name).filter(|_| lines.len() < 6) {
             of_finding.extend(wrapped("", summary, 1, 4));
         }
+        if let Some(test) = finding.signature.as_ref().filter(|_| lines.len() < 6) {
+            of_finding.extend(wrapped("", &test.shows, 2, 4));
+        }
         if !finding.confusable_with.is_empty() && verdict.verdict != Answer::Undecided {
             let text =
                 format!("here not to be distinguished from {}", finding.confusable_with.join(", "));
@@ -68,6 +78,13 @@ fn answer(verdict: &Verdict) -> Vec<String> {
             break;
         }
         lines.extend(of_finding);
+    }
+    for finding in &verdict.demoted {
+        let failed = words::failed(finding).unwrap_or_default();
+        lines.extend(wrapped("", &format!("{} {failed}", finding.name), 3, 2));
+    }
+    if !verdict.next.is_empty() {
+        lines.extend(wrapped("NEXT", &verdict.next, 2, INDENT));
     }
     lines
 }
@@ -125,7 +142,9 @@ fn alternatives(data: &ReportData) -> Vec<String> {
             auc(before.auc),
             probability(before.p)
         );
-        lines.extend(wrapped("CHECK", &text, 2, INDENT));
+        let rest = words::separated(verdict)
+            .map_or("", |_| ": something is left that no statistic measures");
+        lines.extend(wrapped("CHECK", &(text + rest), 3, INDENT));
     }
     let left = &verdict.unexplained;
     if left.is_significant {
@@ -231,7 +250,7 @@ fn others(data: &ReportData) -> String {
 
 #[cfg(test)]
 mod tests {
-    use evpose_gap::verdict::Finding;
+    use evpose_gap::verdict::{Finding, SignatureTest};
 
     use super::*;
     use crate::pages::gap::example;
@@ -268,6 +287,40 @@ mod tests {
         // All ten are named, those without room for their values as well.
         assert!(text.contains("  and effect_"), "{text}");
         assert!((0..9).all(|i| text.contains(&format!("effect_{i}"))), "{text}");
+    }
+
+    #[test]
+    fn what_explains_but_is_not_it_says_what_it_would_have_to_show() {
+        let mut verdict = example::verdict();
+        verdict.verdict = Answer::NoneOfCatalogue;
+        let mut finding = verdict.effects.remove(0);
+        finding.signature = Some(SignatureTest {
+            passes: false,
+            p: 1.0,
+            must: "make ON events".to_owned(),
+            shows: "rate: 0 Hz measured".to_owned(),
+            recording: "a grey card".to_owned(),
+        });
+        verdict.demoted.push(finding);
+        let text = lines(&ReportData::from_verdict(verdict)).join(" ");
+        for part in [
+            "SOMETHING IS MISSING THAT IS LIKE LEAK_ON, BUT IS NOT IT",
+            "EXPLAINED BY  nothing; like leak_on 93%, but not by it",
+            "leak_on explains, but is not it: it would have to make ON events; rate: 0 Hz measured",
+            "NEXT    record it again",
+        ] {
+            assert!(text.contains(part), "{part} is missing in\n{text}");
+        }
+    }
+
+    #[test]
+    fn the_second_line_says_that_time_was_over_and_others_what_was_corrected() {
+        let mut verdict = example::verdict();
+        verdict.is_out_of_time = true;
+        verdict.corrections.push("mirrored".to_owned());
+        let lines = lines(&ReportData::from_verdict(verdict));
+        assert!(lines[1].contains("OUT OF TIME"), "{lines:#?}");
+        assert!(lines.iter().any(|line| line.contains("input corrected: mirrored")), "{lines:#?}");
     }
 
     #[test]

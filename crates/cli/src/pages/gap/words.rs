@@ -35,12 +35,42 @@ pub fn headline(verdict: &Verdict) -> String {
                 names => format!("Explained in part, by {names}; {left} of the gap is unexplained"),
             }
         }
-        Answer::NoneOfCatalogue => {
-            "Something is missing that the catalogue does not hold".to_owned()
-        }
+        Answer::NoneOfCatalogue => match demoted(verdict) {
+            none if none.is_empty() => {
+                "Something is missing that the catalogue does not hold".to_owned()
+            }
+            names => format!("Something is missing that is like {names}, but is not it"),
+        },
         Answer::Undecided => "There is a gap, but this recording does not determine why".to_owned(),
     }
 }
+
+/// Names that explain but failed their tests, joined.
+fn demoted(verdict: &Verdict) -> String {
+    let names: Vec<&str> = verdict.demoted.iter().map(|finding| finding.name.as_str()).collect();
+    names.join(" + ")
+}
+
+/// What a name that failed its test would have to show, and what the recording shows.
+pub fn failed(finding: &Finding) -> Option<String> {
+    let test = finding.signature.as_ref().filter(|test| !test.passes)?;
+    Some(format!("explains, but is not it: it would have to {}; {}", test.must, test.shows))
+}
+
+/// The line of a run whose time was over.
+pub const OUT_OF_TIME: &str = "OUT OF TIME: the search ended because the time of --budget was over; there \
+                               may be other or further effects";
+
+/// What the four words of a report mean.
+pub const DEFINITIONS: [&str; 4] = [
+    "Discrepancy: the sum, over all compared statistics, of how far measured events are from runs of the \
+     model.",
+    "Gap: the mean of the same by family of statistics, in units of chance: 1 is that of two runs of one \
+     model.",
+    "Closed: the fraction of the discrepancy of the model as given, beyond that of its own runs, which the \
+     corrected model does not have; the rest is unexplained.",
+    "Significant: beyond what replicates of the model have by chance, at .01, and with a gap above 1.",
+];
 
 /// Names of what was found, joined.
 fn names(verdict: &Verdict, is_wanted: impl Fn(&&Finding) -> bool) -> String {
@@ -89,6 +119,12 @@ pub fn meaning(verdict: &Verdict) -> String {
             format!("Other values of the model explain a part of the gap, not all. {closes}")
         }
         Answer::Partial => format!("{does}. That is a part of the gap, not all. {closes}"),
+        Answer::NoneOfCatalogue if !verdict.demoted.is_empty() => {
+            let failed = verdict.demoted.iter().filter_map(|one| Some((&one.name, failed(one)?)));
+            let failed: Vec<String> =
+                failed.map(|(name, failed)| format!("{name} {failed}.")).collect();
+            format!("{differ} {}", failed.join(" "))
+        }
         Answer::NoneOfCatalogue => format!(
             "{differ} No effect that is known explains anything significant of it.{}",
             nearest_stage(verdict)
@@ -179,9 +215,20 @@ pub fn gap(gap: &GapValue) -> String {
     format!("{} [{}, {}]", short(gap.value), short(gap.lo), short(gap.hi))
 }
 
-/// How much of a gap is closed; below one there is no gap that could be closed further.
+/// How much of a gap is closed. All of it is said only where nothing is left.
 pub fn closed(verdict: &Verdict) -> String {
-    percent(verdict.grr.min(1.0))
+    let closed = verdict.grr.min(1.0);
+    if closed < 1.0 && closed >= 0.995 { "over 99%".to_owned() } else { percent(closed) }
+}
+
+/// Area under the ROC curve from which a classifier separates what no statistic does.
+const SEPARATED: f64 = 0.6;
+
+/// What a classifier still separates after the correction; empty where it is no better than chance.
+pub fn separated(verdict: &Verdict) -> Option<String> {
+    let after = verdict.c2st_after.filter(|after| after.p < 0.05 && after.auc > SEPARATED)?;
+    let auc = format!("{:.2}", after.auc);
+    Some(format!("a classifier still separates events (AUC {auc}): closed is what is measured"))
 }
 
 /// A probability; small ones as a bound, because they rest on few runs.
@@ -226,5 +273,28 @@ pub fn change(ablation: &Ablation) -> String {
         ModelChange::Added => format!("{} added", ablation.effect),
         ModelChange::Dropped => format!("{} dropped", ablation.effect),
         ModelChange::Swapped => format!("swapped for {}", ablation.effect),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pages::gap::example;
+
+    #[test]
+    fn all_is_closed_only_where_nothing_is_left() {
+        let mut verdict = example::verdict();
+        for (fraction, expected) in [(1.0, "100%"), (0.997, "over 99%"), (0.96, "96%")] {
+            verdict.grr = fraction;
+            assert_eq!(closed(&verdict), expected);
+        }
+    }
+
+    #[test]
+    fn a_classifier_that_still_separates_is_named_beside_what_is_closed() {
+        let mut verdict = example::verdict();
+        assert_eq!(separated(&verdict), None);
+        verdict.c2st_after = Some(evpose_gap::verdict::TwoSample { auc: 0.94, p: 0.01 });
+        assert!(separated(&verdict).is_some_and(|text| text.contains("AUC 0.94")));
     }
 }
