@@ -13,10 +13,5 @@ macro_rules! network {
 }
 
 /// All of them, by the names that `--checkpoint` takes.
-pub(crate) static NETWORKS: &[&EmbeddedNetwork] = &[
-    network!("hand"),
-    network!("body"),
-    network!("hand-joints"),
-    network!("hand-quick"),
-    network!("body-quick"),
-];
+pub(crate) static NETWORKS: &[&EmbeddedNetwork] =
+    &[network!("hand"), network!("body"), network!("hand-quick"), network!("body-quick")];
