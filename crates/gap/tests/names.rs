@@ -126,7 +126,7 @@ fn dead_pixels_are_silent_throughout_and_a_cap_on_the_rate_loses_events_of_all()
 
 #[test]
 fn hot_pixels_are_hot() {
-    let hot = effect("hot_pixels", &[("fraction", 0.01), ("median_hz", 60.0), ("on_share", 0.5)]);
+    let hot = effect("hot_pixels", &[("fraction", 0.03), ("median_hz", 60.0), ("on_share", 0.5)]);
     distinguishes(hot, effect("uniform_noise", &[("on_hz", 1.0), ("off_hz", 1.0)]));
 }
 

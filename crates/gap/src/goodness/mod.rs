@@ -224,7 +224,8 @@ impl<'a> NameTests<'a> {
             quantity(with.value, signature),
             quantity(without.value, signature)
         );
-        let error = measured.error.max(with.error).max(without.error);
+        // If the effect were not there, the recording would scatter as runs without it do.
+        let error = without.error;
         let moved = with.value - without.value;
         let found = measured.value - without.value;
         if moved.abs() < MIN_VISIBLE * error || found / moved < MIN_SHARE {

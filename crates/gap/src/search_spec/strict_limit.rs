@@ -22,8 +22,9 @@ fn relative_noise(effect: &EffectConfig, threshold: f64) -> f64 {
     effect.number("sigma").unwrap_or(0.0) / threshold.max(1e-9)
 }
 
+/// Variance of half the noise: a spread of as much that stays is no noise in time.
 fn relative_variance(effect: &EffectConfig, threshold: f64) -> f64 {
-    relative_noise(effect, threshold).powi(2)
+    (0.5 * relative_noise(effect, threshold)).powi(2)
 }
 
 /// Noise in time: nothing of it stays in a pixel, lasts, or drifts.
