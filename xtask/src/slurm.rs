@@ -12,10 +12,10 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail, ensure};
 
-/// What is made goes here, and stays there to be looked at.
+/// Folder of all that is made, which stays there to be looked at.
 const FOLDER: &str = "target/slurm";
 const JOB: &str = include_str!("../../configs/jobs/simulate.slurm");
-/// What the file has, and what the short run has instead: two sequences a shard, one after the other.
+/// Lines of the file and those of the short run in their place: two sequences a shard, one after the other.
 const SHORTENED: [(&str, &str); 4] = [
     ("--array=1-67", "--array=1-4"),
     ("--cpus-per-task=4", "--cpus-per-task=1"),

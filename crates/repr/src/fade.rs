@@ -42,11 +42,11 @@ impl Fade {
         let per_us = -std::f64::consts::LOG2_E / tau_us;
         let is_left = |age_us: i32| f64::from(age_us) * per_us > SMALLEST;
         // A quotient may be rounded to either side; a conversion to integers saturates.
-        let mut most_us = ((SMALLEST / per_us) as i32).saturating_add(1);
-        while !is_left(most_us) {
-            most_us -= 1;
+        let mut max_us = ((SMALLEST / per_us) as i32).saturating_add(1);
+        while !is_left(max_us) {
+            max_us -= 1;
         }
-        Self { per_us, longest_us: most_us.min(longest_us) }
+        Self { per_us, longest_us: max_us.min(longest_us) }
     }
 
     /// Remainder of 1 after `age_us`, from 0 on.
