@@ -37,7 +37,7 @@ fn main() -> Result<()> {
         let step = simulator.advance()?;
         stream.frontend.push(step.events)?;
         for (t, pose) in stream.infer(step.t)? {
-            let predicted = pose.filtered.translation_m;
+            let predicted = pose.filtered.params.translation_m;
             let error_mm = 1e3 * predicted.distance(step.label.translation_m);
             errors.push(error_mm);
             if t.0 >= shown {

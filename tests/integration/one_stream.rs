@@ -136,7 +136,7 @@ fn hands_are_scored_by_the_poses_that_are_written() {
             for (frame, pose) in track.frames.iter().zip(&track.poses) {
                 let t = 1_000 * (*frame as i64 + 1);
                 let written = written.get(&t).and_then(|pose| pose.params);
-                assert_eq!(written, Some(*pose), "{name} at {t} {more:?}");
+                assert_eq!(written, Some(pose.params), "{name} at {t} {more:?}");
             }
             // All of them are scored, from the first window on.
             let first = 1_000 * (i64::from(config.evaluation.first_ms) + 1);
@@ -164,7 +164,11 @@ fn hands_are_scored_by_the_poses_that_are_written() {
         assert!(frames.len() > 200, "{name}: {}", frames.len());
         for (frame, pose) in frames.iter().zip(poses) {
             let newest = written.range(..1_000 * (*frame as i64 + 1)).next_back();
-            assert_eq!(newest.and_then(|(_, pose)| pose.params), Some(*pose), "{name} at {frame}");
+            assert_eq!(
+                newest.and_then(|(_, pose)| pose.params),
+                Some(pose.params),
+                "{name} at {frame}"
+            );
         }
     }
 }

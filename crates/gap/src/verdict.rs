@@ -115,9 +115,9 @@ pub struct SignatureTest {
     /// Probability of as clear a signature if the best model without the effect were true; one where
     /// the recording does not show it.
     pub p: f64,
-    /// What the recording would have to show, behind "it would have to".
+    /// The sign that the recording would have to show, behind "it would have to".
     pub must: String,
-    /// What it shows: measured, with the effect, and without it.
+    /// Its values: measured, with the effect, and without it.
     pub shows: String,
     /// A recording that would show it.
     pub recording: String,
@@ -213,7 +213,7 @@ pub struct Verdict {
     pub verdict: Answer,
     /// Missing effects and wrong parameters, those that explain most first.
     pub effects: Vec<Finding>,
-    /// What explains a part of the gap, but is not it: names that failed their tests.
+    /// Names that explain a part of the gap, but failed their tests.
     #[serde(default)]
     pub demoted: Vec<Finding>,
     /// The part of the gap that is left.
@@ -241,13 +241,13 @@ pub struct Verdict {
     pub c2st_before: Option<TwoSample>,
     /// Two-sample test of the corrected model.
     pub c2st_after: Option<TwoSample>,
-    /// Corrections of the input: unit and start of its stamps, mirrored image, exchanged polarity.
+    /// Corrections of the input: unit and start of its stamps, mirrored image, inverted polarity.
     #[serde(default)]
     pub corrections: Vec<String>,
     /// Whether the search ended because its time was over.
     #[serde(default)]
     pub is_out_of_time: bool,
-    /// What to do next, as a sentence.
+    /// The next step, as a sentence.
     #[serde(default)]
     pub next: String,
     /// Unusual properties of the inputs, and assumptions.

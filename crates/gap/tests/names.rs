@@ -68,6 +68,7 @@ fn effect(name: &str, parameters: &[(&str, f64)]) -> EffectConfig {
 }
 
 /// With the effect its name passes; in a recording of the relative it does not.
+#[allow(clippy::needless_pass_by_value, reason = "calls read as tables")]
 fn distinguishes(named: EffectConfig, relative: EffectConfig) {
     let own = test(std::slice::from_ref(&named), std::slice::from_ref(&named));
     assert!(own.passes && own.p < 0.05, "{}: {own:?}", named.name);

@@ -44,13 +44,13 @@ pub(super) fn is_bright(cell: Cell) -> Option<bool> {
     }
 }
 
-/// Where light changes.
+/// Mask of the light that changes.
 pub(super) fn count(view: &View<'_>) -> Option<Value> {
     let (counts, expected) = counts(view, |cell, _| (cell.speed() > 0).then_some(false));
     Value::log_ratio(counts[0], expected[0])
 }
 
-/// Where light changes fast, less where it changes slowly.
+/// Mask of light that changes fast, less that of light that changes slowly.
 pub(super) fn fast(view: &View<'_>) -> Option<Value> {
     contrast(view, |cell, _| match cell.speed() {
         3 => Some(false),

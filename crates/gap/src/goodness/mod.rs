@@ -137,8 +137,8 @@ impl<'a> NameTests<'a> {
     /// Tests a parameter of the model that was changed; none without a test.
     pub(crate) fn test_parameter(&self, parameter: ModelParameter) -> Option<SignatureTest> {
         let (owner, _) = parameter.common().place();
-        let lacks = owner.search().common_lacks.iter();
-        let (_, lack) = lacks.copied().find(|(common, _)| *common == parameter.common())?;
+        let missing_signs = owner.search().common_lacks.iter();
+        let (_, lack) = missing_signs.copied().find(|(common, _)| *common == parameter.common())?;
         let effect = self.corrected.effect(owner.name)?;
         self.is_testable(lack.signature).then(|| self.violated(&lack, effect)).flatten()
     }

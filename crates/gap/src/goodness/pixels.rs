@@ -36,11 +36,10 @@ impl Halves {
         for event in view.events() {
             residuals[half(view.since_start_us(event.t_us))][event.pixel as usize] += 1.0;
         }
-        for pixel in 0..pixels {
-            for is_on in [false, true] {
-                for t_us in view.reference_scene.expected.times(pixel, is_on) {
-                    expected[half(view.since_start_us(*t_us))][pixel] += 1.0;
-                }
+        let channels = (0..pixels).flat_map(|pixel| [(pixel, false), (pixel, true)]);
+        for (pixel, is_on) in channels {
+            for t_us in view.reference_scene.expected.times(pixel, is_on) {
+                expected[half(view.since_start_us(*t_us))][pixel] += 1.0;
             }
         }
         for (counts, expected) in residuals.iter_mut().zip(&expected) {

@@ -12,7 +12,7 @@ pub(crate) struct Signature {
     /// The quantity that is measured, as it is read in a sentence.
     pub(crate) quantity: &'static str,
     pub(crate) unit: &'static str,
-    /// What the recording would have to show, after "it would have to".
+    /// The sign that the recording would have to show, after "it would have to".
     pub(crate) must: &'static str,
     /// The recording that shows it best.
     pub(crate) recording: &'static str,
@@ -272,7 +272,7 @@ pub(crate) static STAMP_GRID: Signature = Signature {
     measure: timing::grid,
 };
 
-/// What a delay leaves alone.
+/// The signs that a delay leaves alone.
 pub(crate) static COUNT: Signature = Signature {
     quantity: "log of events over expected, where light changes",
     unit: "",

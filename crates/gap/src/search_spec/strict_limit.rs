@@ -13,7 +13,7 @@ pub(crate) struct StrictLimit {
     pub(crate) limit: fn(&EffectConfig, f64) -> f64,
     /// Whether a deficit counts as well as an excess.
     pub(crate) is_two_sided: bool,
-    /// What the recording would have to show instead, after "it would have to".
+    /// The sign that the recording would have to show instead, after "it would have to".
     pub(crate) must: &'static str,
 }
 

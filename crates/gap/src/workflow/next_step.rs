@@ -1,4 +1,4 @@
-//! What to do next: the recording that would separate what a verdict leaves open.
+//! The next step: the recording that would separate what a verdict leaves open.
 
 use evpose_sensor::{STAGES, StageSpec};
 
@@ -26,7 +26,7 @@ fn recording_of(name: &str) -> Option<&'static str> {
     signature.map(|signature| signature.recording)
 }
 
-/// What to do next, the most urgent alone.
+/// The next step, the most urgent alone.
 pub(super) fn next_step(verdict: &Verdict) -> String {
     if verdict.is_out_of_time {
         return "run it again with a longer --budget, or without one: the search was cut off"

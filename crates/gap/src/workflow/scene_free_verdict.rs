@@ -72,7 +72,7 @@ pub fn scene_free_verdict(
     }
 }
 
-/// What to do next: most effects need a scene.
+/// The next step: most effects need a scene.
 fn next_step(effects: &[Finding], demoted: &[Finding]) -> String {
     if let Some((one, test)) = demoted.iter().find_map(|one| Some((one, one.signature.as_ref()?))) {
         return format!("to name what only looks like {}: record {}", one.name, test.recording);

@@ -51,7 +51,7 @@ fn demoted(verdict: &Verdict) -> String {
     names.join(" + ")
 }
 
-/// What a name that failed its test would have to show, and what the recording shows.
+/// The sign that a name that failed its test would have to show, beside that of the recording.
 pub fn failed(finding: &Finding) -> Option<String> {
     let test = finding.signature.as_ref().filter(|test| !test.passes)?;
     Some(format!("explains, but is not it: it would have to {}; {}", test.must, test.shows))
@@ -61,7 +61,7 @@ pub fn failed(finding: &Finding) -> Option<String> {
 pub const OUT_OF_TIME: &str = "OUT OF TIME: the search ended because the time of --budget was over; there \
                                may be other or further effects";
 
-/// What the four words of a report mean.
+/// The meanings of the four words of a report.
 pub const DEFINITIONS: [&str; 4] = [
     "Discrepancy: the sum, over all compared statistics, of how far measured events are from runs of the \
      model.",
@@ -218,13 +218,13 @@ pub fn gap(gap: &GapValue) -> String {
 /// How much of a gap is closed. All of it is said only where nothing is left.
 pub fn closed(verdict: &Verdict) -> String {
     let closed = verdict.grr.min(1.0);
-    if closed < 1.0 && closed >= 0.995 { "over 99%".to_owned() } else { percent(closed) }
+    if (0.995..1.0).contains(&closed) { "over 99%".to_owned() } else { percent(closed) }
 }
 
 /// Area under the ROC curve from which a classifier separates what no statistic does.
 const SEPARATED: f64 = 0.6;
 
-/// What a classifier still separates after the correction; empty where it is no better than chance.
+/// The share that a classifier still separates after the correction; empty where it is no better than chance.
 pub fn separated(verdict: &Verdict) -> Option<String> {
     let after = verdict.c2st_after.filter(|after| after.p < 0.05 && after.auc > SEPARATED)?;
     let auc = format!("{:.2}", after.auc);
