@@ -85,7 +85,7 @@ fn nothing_is_said_before_there_was_something_to_see() {
     let rows = read_poses(&sandbox.path("hand.csv")).unwrap().poses;
     assert!(rows.iter().all(|row| row.origin == Some(PoseOrigin::Nobody)), "{rows:?}");
     let said = sandbox.fails(&[&infer[..], &["--min-score", "0.5"]].concat());
-    assert!(said.contains("it is for `body`"), "{said}");
+    assert!(said.contains("is for networks of joints"), "{said}");
 }
 
 #[test]

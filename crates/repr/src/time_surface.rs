@@ -74,10 +74,7 @@ impl TimeSurface {
     /// If the time constant is not above 0.
     pub fn new(window: StreamWindow, config: TimeSurfaceConfig) -> Self {
         assert!(config.tau_ms > 0.0, "a time constant of {} ms", config.tau_ms);
-        let last_times = LastTimes::new(window.longest());
-        // What is as old as the window is not shown, as what never was.
-        let fade = Fade::new(config.tau_ms * 1e3, last_times.length_us() - 1);
-        Self { last_times, fade }
+        Self { last_times: LastTimes::new(window.longest()), fade: Fade::new(config.tau_ms * 1e3) }
     }
 }
 
@@ -99,7 +96,11 @@ impl Representation for TimeSurface {
         self.last_times.render(
             out,
             #[inline(always)]
-            move |left_us| fade.after(length_us - left_us),
+            move |left_us| {
+                // A product, not a branch: no vector takes both ways of one.
+                let is_shown = f32::from(u8::from(left_us > 0));
+                is_shown * fade.after(length_us - left_us)
+            },
         );
     }
 

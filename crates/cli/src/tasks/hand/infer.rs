@@ -10,6 +10,7 @@ use evpose_io::Windows;
 use evpose_io::poses::{
     POSE_FORMATS, PoseColumns, PoseKind, TimedPose, pose_format_of, write_poses_from,
 };
+use evpose_nn::HandHead;
 use evpose_pose::stream::InferenceSchedule;
 use evpose_pose::{HandPose, JointFrame, PoseOrigin};
 use evpose_task::hand::{HandConfig, PresenceCounts, calibration_for, hand_recording};
@@ -22,6 +23,8 @@ use crate::tasks::{InferenceCounts, PoseScores, infer_all};
 pub(super) fn run(model: &HandNetwork, args: &InferArgs, own: &HandInferArgs) -> Result<()> {
     let mut config = model.checkpoint.config.clone();
     if let Some(min_score) = own.min_score {
+        let of_joints = config.network.head == HandHead::Joints;
+        ensure!(of_joints, "--min-score is for networks of joints: a regressor sees a hand in all");
         config.detection.min_presence = min_score;
     }
     let config = &config;
