@@ -70,6 +70,7 @@ pub(super) fn finding() -> Finding {
         probability: Some(0.99),
         confusable_with: Vec::new(),
         explained: None,
+        signature: None,
     }
 }
 

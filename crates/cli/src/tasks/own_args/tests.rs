@@ -48,7 +48,7 @@ fn value_of(arg: &Arg) -> &'static str {
             .no_binary_name(true)
             .arg(Arg::new("one").long("one").value_parser(arg.get_value_parser().clone()))
     };
-    let values = ["1", "0.5", "dhp19", "true", "table", "plain", "f32", "o.csv"];
+    let values = ["1", "0.5", "150", "dhp19", "true", "table", "plain", "f32", "o.csv"];
     let is_taken = |value: &&str| alone().try_get_matches_from(["--one", *value]).is_ok();
     values.into_iter().find(is_taken).unwrap()
 }
