@@ -213,6 +213,9 @@ impl<'a> NameTests<'a> {
             shows,
             recording: signature.recording.to_owned(),
         };
+        if self.with.is_empty() {
+            return Some(failed("with it there are far more events than were recorded".to_owned()));
+        }
         let measured = (signature.measure)(&self.measured, effect)?;
         let runs = [&self.with[..], without].map(|runs| of_runs(signature, effect, runs));
         let [Some(with), Some(without)] = runs else { return None };
