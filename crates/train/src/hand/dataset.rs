@@ -31,6 +31,10 @@ pub(crate) use split::HandSplit;
 
 /// Input channels of the network.
 const CHANNELS: usize = 2;
+/// Draws of a training sample until one shows its hand.
+const MAX_DRAWS: u64 = 5;
+/// Passes between these draws.
+const PASSES_APART: u64 = 1 << 20;
 
 /// Why a sample could not be read.
 pub(crate) type SampleError = evpose_io::IoError;
@@ -207,7 +211,23 @@ impl HandDataset {
 
     /// The sample at position `position` of the endless shuffled sequence of training samples,
     /// augmented; a pure function of the seed and the position.
+    /// Of a network of joints, windows in which the hand rests are drawn again: their heatmaps would be told what no
+    /// image shows, and learn to be wide.
     pub(crate) fn training_sample(&self, position: u64) -> Result<Sample, SampleError> {
+        let mut sample = self.drawn_sample(position)?;
+        for draw in 1..MAX_DRAWS {
+            let size = self.two_pass.as_ref().map_or(self.sensor, |two_pass| two_pass.size());
+            let is_instructive = |label: &JointLabel| label.is_instructive(&sample.input, size);
+            if sample.joints.as_deref().is_none_or(is_instructive) {
+                break;
+            }
+            // Of a pass that no training comes to.
+            sample = self.drawn_sample(position + draw * PASSES_APART * self.len())?;
+        }
+        Ok(sample)
+    }
+
+    fn drawn_sample(&self, position: u64) -> Result<Sample, SampleError> {
         let (sequence, frame) = self.locate(self.order.at(position));
         let draw = self.augmentation.draw(self.seed, position);
         // Left hands are recorded through a mirror, in which turns would go the other way.

@@ -1,7 +1,7 @@
 //! The joints of a sample: where they lie in its image, and how deep.
 
 use evpose_core::SensorSize;
-use evpose_nn::HandHead;
+use evpose_nn::{HandHead, JointNet};
 use evpose_pose::{EVALUATION_JOINTS, HandParams};
 use evpose_sim::raster::Camera;
 use evpose_task::TaskError;
@@ -18,6 +18,8 @@ const MIDDLE_KNUCKLE: usize = 9;
 const MIN_INSIDE: usize = JOINTS / 3;
 /// Active pixels of both channels below which an image shows nothing: a fingertip that moves makes more.
 const MIN_ACTIVE: usize = 24;
+/// Active pixels of both channels about a hand with which it is worth a step of training: an outline has more.
+const MIN_ACTIVE_OF_HAND: usize = 40;
 /// Shortest palm, in metres: keeps depths finite whatever a file says.
 const MIN_PALM_M: f32 = 1e-3;
 
@@ -59,6 +61,31 @@ impl JointLabel {
         let is_seen = seen.iter().filter(|value| **value > 0.0).count() >= MIN_ACTIVE;
         let presence = self.presence.filter(|is_present| is_seen || !is_present);
         Self { presence, ..self }
+    }
+
+    /// Whether the image `seen`, `[channels][rows][columns]` of `size`, teaches something: in the box about the joints
+    /// there are events, or there are some at all where there is no hand.
+    pub(crate) fn is_instructive(&self, seen: &[f32], size: SensorSize) -> bool {
+        let is_active = |value: &&f32| **value > 0.0;
+        if self.presence == Some(false) {
+            return seen.iter().filter(is_active).count() >= MIN_ACTIVE;
+        }
+        let inside = self.positions.iter().zip(self.inside).filter(|(_, is_inside)| *is_inside);
+        let (low, high) = inside.fold((Vec2::INFINITY, Vec2::ZERO), |(low, high), (at, _)| {
+            (low.min(*at), high.max(*at))
+        });
+        // Cells count from the middle of the first: half a cell more on both sides covers them.
+        let px = |cells: f32, pixels: u16| {
+            ((cells * JointNet::STRIDE as f32) as usize).min(pixels.into())
+        };
+        let (left, right) = (px(low.x, size.width), px(high.x + 1.0, size.width));
+        let (top, bottom) = (px(low.y, size.height), px(high.y + 1.0, size.height));
+        let rows = seen.chunks_exact(size.width.into()).enumerate();
+        let rows =
+            rows.filter(|(row, _)| (top..bottom).contains(&(row % usize::from(size.height))));
+        let active =
+            rows.map(|(_, row)| row[left.min(right)..right].iter().filter(is_active).count());
+        active.sum::<usize>() >= MIN_ACTIVE_OF_HAND
     }
 
     /// The label of an image from which the hand was taken.
@@ -132,6 +159,24 @@ mod tests {
         assert_eq!(label.depths[0], 0.0);
         assert!((label.depths[3] - 0.5).abs() < 1e-5, "{}", label.depths[3]);
         assert_eq!((label.inside, label.presence), ([true; JOINTS], Some(true)));
+    }
+
+    #[test]
+    fn windows_are_instructive_by_what_is_seen_of_the_hand() {
+        let size = SensorSize { width: 128, height: 96 };
+        let at = |k: usize| Vec3::new(0.01 * (k % 5) as f32, 0.01 * (k / 5) as f32, -0.4);
+        let label = JointLabel::new(&std::array::from_fn(at), &grid());
+        let image = |columns: std::ops::Range<usize>| {
+            let mut seen = vec![0.0; 2 * size.pixels()];
+            columns.for_each(|x| (36..48).for_each(|y| seen[y * 128 + x] = 0.5));
+            seen
+        };
+        assert!(label.is_instructive(&image(64..70), size));
+        assert!(!label.is_instructive(&image(100..106), size), "events beside the hand");
+        assert!(!label.is_instructive(&image(0..0), size));
+        let nobody = label.without_hand();
+        assert!(nobody.is_instructive(&image(100..106), size));
+        assert!(!nobody.is_instructive(&image(0..0), size));
     }
 
     #[test]
