@@ -82,6 +82,14 @@ impl Chain {
         stages.min_by(f64::total_cmp)
     }
 
+    /// Whether every request is an event at its time: no stage behind the pixels does anything.
+    pub(crate) fn delivers_requests(&self) -> bool {
+        self.background.is_empty()
+            && self.readout.traits.is_static
+            && self.event_formula.is_none()
+            && self.clock.is_empty()
+    }
+
     /// The formula of thresholds or refractory periods, unless it is a fixed pattern.
     pub(crate) fn varying(&self) -> Option<&PixelFormula> {
         self.formula.as_ref().filter(|_| self.varies)

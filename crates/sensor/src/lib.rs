@@ -72,6 +72,7 @@ mod run;
 mod signature;
 mod spec;
 mod stage;
+mod stamped;
 mod strength_level;
 mod tap;
 #[cfg(test)]

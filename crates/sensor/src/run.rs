@@ -20,6 +20,7 @@ use crate::model::Layout;
 use crate::optics::divider::Divider;
 use crate::plan::Division;
 use crate::readout::{ReadoutMemory, Service};
+use crate::stamped::{RowDivision, StampedEvents};
 use crate::tap::Tap;
 use crate::tick::Tick;
 use crate::{Origin, Request, SensorError, SensorModel, request};
@@ -46,6 +47,9 @@ pub struct SensorRun {
     requests: Vec<Request>,
     thread_pool: ThreadPool,
     band_requests: Vec<Vec<Request>>,
+    /// Events of bands, or of all pixels at the first place.
+    stamped: Vec<StampedEvents>,
+    rows: RowDivision,
     background: Vec<Request>,
     taps: Vec<Tap>,
     delivery: Delivery,
@@ -71,6 +75,8 @@ impl SensorRun {
             requests: Vec::new(),
             thread_pool: ThreadPool::new(layout.threads),
             band_requests: Vec::new(),
+            stamped: vec![StampedEvents::new()],
+            rows: RowDivision::new(size.width),
             background: Vec::new(),
             taps: Vec::new(),
             delivery: Delivery::new(size),
@@ -95,7 +101,10 @@ impl SensorRun {
     ) -> Result<&EventStream, SensorError> {
         let tick = self.next_tick(luminance, t)?;
         let chain = Arc::clone(&self.chain);
+        // What happens at the very start of a step comes behind what was delivered up to there.
+        let earliest = self.last.map_or(t, |(_, previous)| earliest_stamp(&chain, previous));
         self.requests.clear();
+        self.stamped.iter_mut().for_each(StampedEvents::clear);
         self.array.keep_anchor(self.front.before_mut(), tick.start_s);
         self.array.draw_noise_events(&chain, &tick, &self.thread_pool);
         let feeds_back = chain.plan.is_queued;
@@ -105,13 +114,14 @@ impl SensorRun {
             self.add_background(&chain, &tick, true);
         }
         let parts = self.divider.parts(&chain, &tick, luminance.data());
+        let stamps_from = (parts == 1 && chain.delivers_requests()).then_some(earliest);
         for part in 0..parts {
             let step = tick.part(part, parts);
             if parts == 1 {
-                self.step(&chain, &step, luminance.data());
+                self.step(&chain, &step, luminance.data(), stamps_from);
             } else {
                 let light = self.divider.light(&chain, luminance.data(), part + 1, parts);
-                self.step(&chain, &step, &light);
+                self.step(&chain, &step, &light, None);
                 self.divider.give_back(light);
             }
         }
@@ -122,12 +132,13 @@ impl SensorRun {
         }
         self.apply_formula(&chain, &tick, luminance.data());
         self.run_clocks(&chain, &tick);
-        // What happens at the very start of a step comes behind what was delivered up to there.
-        let earliest = self.last.map_or(t, |(_, previous)| earliest_stamp(&chain, previous));
+        if !self.requests.is_empty() {
+            self.stamped[0].stamp(&self.requests, earliest, self.rows);
+        }
         self.last = Some((tick.index, t));
         // On a clock that is behind, the next step may yet have events stamped up to here.
         let due = earliest_stamp(&chain, t) - Micros(1);
-        self.delivery.deliver(&self.requests, earliest, due)?;
+        self.delivery.deliver(&self.stamped, due)?;
         Ok(self.delivery.events())
     }
 
@@ -232,11 +243,12 @@ impl SensorRun {
         }
     }
 
-    /// From light to requests, or to events where the readout makes pixels wait.
-    fn step(&mut self, chain: &Chain, tick: &Tick, light: &[f32]) {
+    /// From light to requests, or to events where the readout makes pixels wait. Bands stamp their
+    /// own events, none before `stamps_from`, if nothing behind them needs requests.
+    fn step(&mut self, chain: &Chain, tick: &Tick, light: &[f32], stamps_from: Option<Micros>) {
         self.array.begin_scan(chain, tick);
         if !chain.plan.is_queued && self.taps.is_empty() && chain.plan.division != Division::Whole {
-            self.step_by_blocks(chain, tick, light);
+            self.step_by_blocks(chain, tick, light, stamps_from);
         } else {
             self.step_whole(chain, tick, light);
         }
@@ -244,10 +256,17 @@ impl SensorRun {
 
     /// Every block of pixels goes through the whole step before the next one, in bands at the same
     /// time.
-    fn step_by_blocks(&mut self, chain: &Chain, tick: &Tick, light: &[f32]) {
+    fn step_by_blocks(
+        &mut self,
+        chain: &Chain,
+        tick: &Tick,
+        light: &[f32],
+        stamps_from: Option<Micros>,
+    ) {
         let noise = StageNoise::at_tick(self.detector_key, tick.index);
         let per_s = 1.0 / tick.dt_s();
         let skips_unchanged = self.front.skips_unchanged(chain);
+        let rows = self.rows;
         let threads = self.thread_pool.threads();
         let in_bands = threads > 1 && chain.plan.division == Division::Bands;
         // More bands than threads, since those with many events take longer.
@@ -273,22 +292,33 @@ impl SensorRun {
             }
         } else {
             self.band_requests.resize_with(ranges.len(), Vec::new);
-            let bands = fronts.into_iter().zip(arrays).zip(&mut self.band_requests);
+            self.stamped.resize_with(ranges.len(), StampedEvents::new);
+            let room = self.band_requests.iter_mut().zip(&mut self.stamped);
+            let bands = fronts.into_iter().zip(arrays).zip(room);
             let bands: Vec<_> = bands.map(Mutex::new).collect();
             self.thread_pool.run(&|part| {
                 // In turns: neighbouring bands have about as many events.
                 for band in bands.iter().skip(part.index).step_by(part.count) {
                     // No other thread has this band.
-                    let ((front, array), requests) =
+                    let ((front, array), (requests, stamped)) =
                         &mut *band.lock().unwrap_or_else(PoisonError::into_inner);
-                    requests.clear();
-                    step(front, array, requests);
+                    // Taken out: lengths of lists side by side, in one cache line, would go to and
+                    // fro between threads with every request.
+                    let mut own_requests = std::mem::take(*requests);
+                    own_requests.clear();
+                    step(front, array, &mut own_requests);
+                    if let Some(earliest) = stamps_from {
+                        stamped.stamp(&own_requests, earliest, rows);
+                    }
+                    **requests = own_requests;
                 }
             });
             drop(bands);
             // In the order of bands, whichever thread ran them.
-            for requests in &self.band_requests {
-                self.requests.extend_from_slice(requests);
+            if stamps_from.is_none() {
+                for requests in &self.band_requests {
+                    self.requests.extend_from_slice(requests);
+                }
             }
         }
         if skips_unchanged {
