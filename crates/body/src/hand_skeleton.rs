@@ -3,10 +3,13 @@
 //! Fitting poses asks for these points thousands of times a second. Skinning whole bodies for them takes
 //! hundreds of times as long.
 
+use std::ops::Range;
+
 use evpose_pose::EVALUATION_JOINTS;
 use evpose_pose::rotation::matrix_from_axis_angle;
 use glam::{Affine3A, Vec3};
 
+use crate::fingers::HandRotations;
 use crate::skeleton::HAND_JOINTS;
 use crate::{BodyModel, HandBasis, ShapedBody};
 
@@ -64,32 +67,57 @@ impl HandSkeleton {
     /// The points of an articulation in the frame of the wrist, in metres, in the order of
     /// [`EVALUATION_JOINTS`].
     pub fn points(&self, articulation: &[f32; 6]) -> [Vec3; EVALUATION_JOINTS.len()] {
+        self.points_of(&std::array::from_fn(|k| self.basis.rotation(k, articulation)))
+    }
+
+    /// The points of rotations of the joints, as [`Self::points`].
+    pub fn points_of(&self, rotations: &HandRotations) -> [Vec3; EVALUATION_JOINTS.len()] {
         let mut joints = [Affine3A::IDENTITY; HAND_JOINTS];
-        for k in 0..HAND_JOINTS {
-            let matrix = matrix_from_axis_angle(self.basis.rotation(k, articulation));
-            joints[k] = match self.parents[k] {
+        self.turn(0..HAND_JOINTS, rotations, &mut joints);
+        std::array::from_fn(|point| self.point(point, &joints))
+    }
+
+    /// The coefficients of the articulation that come closest to rotations of the joints.
+    pub fn coefficients(&self, rotations: &HandRotations) -> [f32; 6] {
+        self.basis.coefficients(rotations)
+    }
+
+    /// Places some joints, consecutive ones that follow their parents, by rotations of theirs.
+    pub(crate) fn turn(
+        &self,
+        joints: Range<usize>,
+        rotations: &[Vec3],
+        placed: &mut [Affine3A; HAND_JOINTS],
+    ) {
+        for (k, rotation) in joints.zip(rotations) {
+            let matrix = matrix_from_axis_angle(*rotation);
+            placed[k] = match self.parents[k] {
                 None => Affine3A::from_mat3_translation(matrix, self.rest_m[k]),
                 Some(parent) => {
                     let offset_m = self.rest_m[k] - self.rest_m[parent];
-                    joints[parent] * Affine3A::from_mat3_translation(matrix, offset_m)
+                    placed[parent] * Affine3A::from_mat3_translation(matrix, offset_m)
                 }
             };
         }
-        let tip = |Tip { rest_m, moved_by }: &Tip| {
-            let by = |&(joint, weight): &(Option<usize>, f32)| {
-                let moved_m = match joint {
-                    None => *rest_m,
-                    Some(k) => joints[k].transform_point3(*rest_m - self.rest_m[k]),
-                };
-                moved_m * weight
-            };
-            moved_by.iter().map(by).sum()
-        };
-        std::array::from_fn(|point| match point {
+    }
+
+    /// An evaluated point of a hand whose joints are `placed`.
+    pub(crate) fn point(&self, point: usize, placed: &[Affine3A; HAND_JOINTS]) -> Vec3 {
+        match point {
             0 => Vec3::ZERO,
-            1..FIRST_JOINT => tip(&self.tips[point - 1]),
-            _ => joints[point - FIRST_JOINT].translation.into(),
-        })
+            1..FIRST_JOINT => {
+                let Tip { rest_m, moved_by } = &self.tips[point - 1];
+                let by = |&(joint, weight): &(Option<usize>, f32)| {
+                    let moved_m = match joint {
+                        None => *rest_m,
+                        Some(k) => placed[k].transform_point3(*rest_m - self.rest_m[k]),
+                    };
+                    moved_m * weight
+                };
+                moved_by.iter().map(by).sum()
+            }
+            _ => placed[point - FIRST_JOINT].translation.into(),
+        }
     }
 }
 

@@ -16,6 +16,9 @@ pub struct HandPose {
     pub joints: Option<HandJoints>,
 }
 
+/// Count of joints of the digits: of [`EVALUATION_JOINTS`] those behind the wrist and the fingertips.
+pub const DIGIT_JOINTS: usize = JOINTS - 6;
+
 /// The joints of a hand, in the order of [`EVALUATION_JOINTS`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HandJoints {
@@ -25,6 +28,9 @@ pub struct HandJoints {
     pub scores: [f32; JOINTS],
     /// Likelihood of a hand being in view, 0 to 1.
     pub presence: f32,
+    /// Axis-angles of the joints of the digits relative to their parents, in radians, of the hand that is fitted to
+    /// the positions: the 45 values of a full MANO pose, in the order of its files.
+    pub rotations: [Vec3; DIGIT_JOINTS],
 }
 
 impl HandPose {

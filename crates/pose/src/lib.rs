@@ -45,6 +45,6 @@ pub mod stream;
 pub use error::PoseError;
 pub use estimate::{JointFrame, PoseEstimate, PoseOrigin};
 pub use hand_params::{EVALUATION_JOINTS, HAND_BONES, HandParams, PARAMETER_NAMES, PARAMETERS};
-pub use hand_pose::{HandJoints, HandPose};
+pub use hand_pose::{DIGIT_JOINTS, HandJoints, HandPose};
 pub use layout::{POSE_LAYOUTS, PoseLayout};
 pub use side::{HandSide, Mirror};

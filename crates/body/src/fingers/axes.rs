@@ -21,7 +21,7 @@ use evpose_pose::HandSide;
 use glam::{Mat3, Quat, Vec3};
 
 use super::HandAngles;
-use super::angles::THUMB;
+use super::angles::DIGITS;
 use crate::skeleton::HAND_JOINTS;
 use crate::{BodyModel, ShapedBody};
 
@@ -29,9 +29,8 @@ use crate::{BodyModel, ShapedBody};
 /// order: index, middle, pinky, ring, thumb.
 pub type HandRotations = [Vec3; HAND_JOINTS];
 
-/// First joint of index, middle, ring, pinky in the model's order, and of the thumb.
-const FINGERS: [usize; 4] = [0, 3, 9, 6];
-const THUMB_JOINT: usize = 12;
+/// First joint of thumb, index, middle, ring and pinky in the model's order.
+pub(crate) const FIRST_JOINTS: [usize; DIGITS] = [12, 0, 3, 9, 6];
 
 /// How far the plane in which a finger flexes turns from the distal direction to its metacarpal.
 const CONVERGENCE: f32 = 0.35;
@@ -80,7 +79,7 @@ impl FingerAxes {
     pub fn new(model: &BodyModel, shaped: &ShapedBody, side: HandSide) -> Self {
         let joint = |k: usize| shaped.joints_m[model.right_hand.first_joint + k];
         let wrist = shaped.joints_m[model.wrist];
-        let [index, middle, _, pinky] = FINGERS.map(joint);
+        let [_, index, middle, _, pinky] = FIRST_JOINTS.map(joint);
         let distal = (middle - wrist).normalize();
         let across = index - pinky;
         // In a mirror, a cross product points the other way.
@@ -88,21 +87,28 @@ impl FingerAxes {
         let palmar = hand * across.cross(distal).normalize();
         let palm = Palm { distal, palmar, radial: hand * distal.cross(palmar) };
         let bone = |from: usize| (joint(from + 1) - joint(from)).normalize();
-        let fingers = FINGERS
+        let [thumb, fingers @ ..] = FIRST_JOINTS;
+        let fingers = fingers
             .map(|k| Finger::new(&palm, (joint(k) - wrist).normalize(), [bone(k), bone(k + 1)]));
-        let thumb = Thumb::new(&palm, [bone(THUMB_JOINT), bone(THUMB_JOINT + 1)]);
+        let thumb = Thumb::new(&palm, [bone(thumb), bone(thumb + 1)]);
         Self { palm, fingers, thumb }
     }
 
     /// Rotations of the joints for these angles.
     pub fn rotations(&self, angles: &HandAngles) -> HandRotations {
         let mut rotations = [Vec3::ZERO; HAND_JOINTS];
-        let fingers = self.fingers.iter().zip(&angles.digits[THUMB + 1..]);
-        for ((finger, angles), first) in fingers.zip(FINGERS) {
-            rotations[first..first + 3].copy_from_slice(&finger.rotations(angles));
+        for (digit, (angles, first)) in angles.digits.iter().zip(FIRST_JOINTS).enumerate() {
+            rotations[first..first + 3].copy_from_slice(&self.of_digit(digit, angles));
         }
-        rotations[THUMB_JOINT..].copy_from_slice(&self.thumb.rotations(&self.palm, angles));
         rotations
+    }
+
+    /// Rotations of the three joints of a digit for its angles.
+    pub fn of_digit(&self, digit: usize, angles: &[f32; 4]) -> [Vec3; 3] {
+        match digit.checked_sub(1) {
+            None => self.thumb.rotations(&self.palm, angles),
+            Some(finger) => self.fingers[finger].rotations(angles),
+        }
     }
 }
 
@@ -138,8 +144,8 @@ impl Thumb {
         Self { metacarpal, hinge, rest: angle_about(hinge, metacarpal, second) }
     }
 
-    fn rotations(&self, palm: &Palm, angles: &HandAngles) -> [Vec3; 3] {
-        let [abduction, flexion, mcp, ip] = angles.digits[THUMB];
+    fn rotations(&self, palm: &Palm, angles: &[f32; 4]) -> [Vec3; 3] {
+        let [abduction, flexion, mcp, ip] = *angles;
         let in_palm = palm.distal * flexion.cos() - palm.radial * flexion.sin();
         let direction = in_palm * abduction.cos() + palm.palmar * abduction.sin();
         let [abducted, flexed] = PRONATION_FROM_RAD;

@@ -2,7 +2,7 @@
 
 use glam::{Mat3, Mat4, Quat, Vec3, Vec4};
 
-use super::{FAR_M, FittedPose, JOINTS, JointObservation, NEAR_M};
+use super::{FAR_M, JOINTS, JointObservation, NEAR_M};
 
 /// The points that no finger moves: the wrist and the knuckles of index, middle, pinky, ring and thumb, as
 /// indices of [`EVALUATION_JOINTS`](evpose_pose::EVALUATION_JOINTS).
@@ -41,20 +41,19 @@ impl Palm {
         Self { length_m, points_m: PALM.map(|joint| points_m[joint]) }
     }
 
-    /// The mean hand whose palm lies on its rays.
+    /// The rotation and the position of the hand whose palm lies on its rays.
     ///
     /// # Model
     /// A point on the ray `r` that lies `d` behind the wrist, whose depth is `w`, is `(w + d) (r, -1)`. So the
     /// vector between two of them is linear in `w`, and `w` follows from the lengths that the palm has.
-    pub(super) fn place(&self, observed: &JointObservation) -> FittedPose {
+    pub(super) fn place(&self, observed: &JointObservation) -> (Mat3, Vec3) {
         let scores = PALM.map(|joint| observed.scores[joint].max(MIN_SCORE));
         let rays = PALM.map(|joint| observed.rays[joint].extend(-1.0));
         // No part of a palm lies farther from its wrist than one and a half of its lengths.
         let behind_m = PALM.map(|joint| self.length_m * observed.depths[joint].clamp(-1.5, 1.5));
         let depth_m = self.depth_m(&scores, &rays, &behind_m);
         let at = |k: usize| rays[k] * (depth_m + behind_m[k]).max(NEAR_M);
-        let (rotation, position_m) = self.aligned(&scores, &std::array::from_fn(at));
-        FittedPose { articulation: [0.0; 6], rotation, position_m }
+        self.aligned(&scores, &std::array::from_fn(at))
     }
 
     /// The depth of the wrist at which points lie as far from each other as those of the palm.
@@ -165,13 +164,14 @@ mod tests {
             let observed = JointObservation {
                 rays: at_m.map(|at| at.truncate() / -at.z),
                 depths: at_m.map(|at| (position_m.z - at.z) / palm.length_m),
+                spread_cells: [0.0; JOINTS],
                 scores: [1.0; JOINTS],
                 presence: 1.0,
             };
-            let placed = palm.place(&observed);
-            let off = placed.position_m.distance(position_m);
-            assert!(off < 2e-3, "{sample}: {} for {position_m}", placed.position_m);
-            let turn = placed.rotation * rotation.transpose();
+            let (placed, placed_m) = palm.place(&observed);
+            let off = placed_m.distance(position_m);
+            assert!(off < 2e-3, "{sample}: {placed_m} for {position_m}");
+            let turn = placed * rotation.transpose();
             assert!((turn.x_axis - Vec3::X).length() < 1e-2, "{sample}: {turn}");
             assert!((turn.y_axis - Vec3::Y).length() < 1e-2, "{sample}: {turn}");
         }

@@ -27,6 +27,7 @@ mod json;
 mod parquet;
 mod pose;
 mod registry;
+mod rotations;
 mod skeletons;
 mod table;
 #[cfg(test)]
@@ -39,4 +40,5 @@ pub use pose::{PoseJoint, PoseKind, PoseSequence, TimedPose};
 pub use registry::{
     POSE_FORMATS, pose_format_of, poses_from, read_poses, write_poses, write_poses_from,
 };
+pub use rotations::{HandRotationRow, write_hand_rotations};
 pub use table::read_pose_table;

@@ -1,5 +1,6 @@
 //! Poses of hands from the maps of a network of joints, of the whole view or of crops of it.
 
+use evpose_body::fingers::HandRotations;
 use evpose_body::{FittedPose, HandFit, JointObservation};
 use evpose_core::SensorSize;
 use evpose_pose::rotation::axis_angle_from_matrix;
@@ -33,7 +34,7 @@ impl JointDecoder {
     /// If the hand model cannot be read.
     pub fn new(config: &HandConfig) -> Result<Self, TaskError> {
         let view = HandView::new(config)?;
-        let fit = HandFit::new(view.skeleton());
+        let fit = view.hand_fit();
         let side = config.simulation.hands.side(0);
         Ok(Self { view, camera: config.simulation.camera(), side, fit })
     }
@@ -43,7 +44,7 @@ impl JointDecoder {
     pub fn pose(&self, row: &[f32], size: SensorSize, crop: &PerspectiveCrop) -> HandPose {
         let grid = JointGrid::new(&self.camera, size, crop.zoom());
         let observed = joint_observation(row, &grid);
-        let params = self.fitted(&observed, grid.focal_cells(), crop.turn());
+        let (params, rotations) = self.fitted(&observed, grid.focal_cells(), crop.turn());
         let camera_from_world = self.camera.camera_from_world();
         let view_from_crop = crop.turn().transpose();
         let wrist_m = crop.turn() * camera_from_world.transform_point3(params.translation_m);
@@ -54,11 +55,17 @@ impl JointDecoder {
             view_from_crop * (depth_m * observed.rays[joint].extend(-1.0))
         });
         let JointObservation { scores, presence, .. } = observed;
-        HandPose { params, joints: Some(HandJoints { camera_m, scores, presence }) }
+        HandPose { params, joints: Some(HandJoints { camera_m, scores, presence, rotations }) }
     }
 
-    /// The pose in the view of joints that a camera sees that is turned by `turn`.
-    pub fn fitted(&self, observed: &JointObservation, focal_cells: f32, turn: Mat3) -> HandParams {
+    /// The pose in the view of joints that a camera sees that is turned by `turn`, and the rotations of the joints of
+    /// its digits.
+    pub fn fitted(
+        &self,
+        observed: &JointObservation,
+        focal_cells: f32,
+        turn: Mat3,
+    ) -> (HandParams, HandRotations) {
         let is_mirrored = self.view.is_mirrored_model(self.side);
         // A hand of the other side is fitted in a mirror before the camera, whose turn it mirrors too.
         let mirror = Mat3::from_diagonal(Vec3::new(-1.0, 1.0, 1.0));
@@ -69,7 +76,7 @@ impl JointDecoder {
             }
             false => (*observed, turn),
         };
-        let FittedPose { articulation, rotation, position_m } =
+        let FittedPose { articulation, rotations, rotation, position_m, .. } =
             self.fit.fit(&observed, focal_cells);
         let world_from_crop = Affine3A::from_mat4(self.camera.camera_from_world()).inverse()
             * Affine3A::from_mat3(turn.transpose());
@@ -78,7 +85,12 @@ impl JointDecoder {
             translation_m: world_from_crop.transform_point3(position_m),
             rotation: axis_angle_from_matrix(Mat3::from(world_from_crop.matrix3) * rotation),
         };
-        if is_mirrored { self.view.mirrored(&own) } else { own }
+        // In a mirror across x, turns about the other axes go the other way.
+        let mirrored = |turn: Vec3| Vec3::new(turn.x, -turn.y, -turn.z);
+        match is_mirrored {
+            true => (self.view.mirrored(&own), rotations.map(mirrored)),
+            false => (own, rotations),
+        }
     }
 }
 
@@ -114,10 +126,11 @@ mod tests {
                 let observed = JointObservation {
                     rays: at_m.map(|at| at.truncate() / -at.z),
                     depths: at_m.map(|at| (at_m[0].z - at.z) / palm_m),
+                    spread_cells: [0.0; 21],
                     scores: [1.0; 21],
                     presence: 1.0,
                 };
-                let back = decoder.fitted(&observed, 60.0, crop.turn());
+                let (back, _) = decoder.fitted(&observed, 60.0, crop.turn());
                 let points_m = view.points(side, &back, &[]).world_m;
                 for (point_m, want_m) in points_m.iter().zip(world_m) {
                     assert!(point_m.distance(want_m) < 0.006, "{side:?}: {point_m} for {want_m}");

@@ -25,6 +25,7 @@ pub fn joint_observation(row: &[f32], grid: &JointGrid) -> JointObservation {
     let mut observed = JointObservation {
         rays: [Vec2::ZERO; JOINTS],
         depths: [0.0; JOINTS],
+        spread_cells: [0.0; JOINTS],
         scores: [0.0; JOINTS],
         presence: 1.0 / (1.0 + (-presence[0]).exp()),
     };
@@ -36,6 +37,7 @@ pub fn joint_observation(row: &[f32], grid: &JointGrid) -> JointObservation {
         observed.rays[joint] = grid.ray(position);
         let depths = likelihood.iter().zip(&depth_maps[of_joint]);
         observed.depths[joint] = depths.map(|(likelihood, depth)| likelihood * depth).sum();
+        observed.spread_cells[joint] = spread(&likelihood, columns, position);
         observed.scores[joint] = near(&likelihood, columns, position);
     }
     observed
@@ -61,6 +63,18 @@ fn mean_position(likelihood: &[f32], columns: usize) -> Vec2 {
         mean += Vec2::new(along, row as f32 * sum);
     }
     mean
+}
+
+/// The standard deviation of a position under a likelihood of cells whose mean is `mean`, in cells: of one axis, the root
+/// of the mean of both variances.
+fn spread(likelihood: &[f32], columns: usize, mean: Vec2) -> f32 {
+    let mut sum = 0.0;
+    for (row, values) in likelihood.chunks_exact(columns).enumerate() {
+        let down = (row as f32 - mean.y).powi(2);
+        let across = |x: usize| (x as f32 - mean.x).powi(2);
+        sum += values.iter().enumerate().map(|(x, value)| value * (across(x) + down)).sum::<f32>();
+    }
+    (0.5 * sum).sqrt()
 }
 
 /// The likelihood of the cells about a position.
@@ -101,6 +115,8 @@ mod tests {
         let observed = joint_observation(&row, &grid);
         assert!(observed.rays[0].distance(grid.ray(at)) < 1e-4 / grid.focal_cells());
         assert!(observed.scores[0] > 0.85 && observed.scores[0] <= 1.0, "{}", observed.scores[0]);
+        assert!((observed.spread_cells[0] - 1.0).abs() < 0.02, "{}", observed.spread_cells[0]);
+        assert!(observed.spread_cells[5] > 7.0, "{}", observed.spread_cells[5]);
         let middle = Vec2::new(columns as f32 - 1.0, rows as f32 - 1.0) / 2.0;
         assert!(observed.rays[5].distance(grid.ray(middle)) < 1e-3 / grid.focal_cells());
         let flat = 16.0 / (columns * rows) as f32;

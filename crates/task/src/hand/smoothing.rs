@@ -97,7 +97,8 @@ mod tests {
     use super::*;
 
     fn seen(at_m: Vec3) -> HandPose {
-        let joints = HandJoints { camera_m: [at_m; 21], scores: [0.5; 21], presence: 0.9 };
+        let (scores, rotations) = ([0.5; 21], [Vec3::ZERO; 15]);
+        let joints = HandJoints { camera_m: [at_m; 21], scores, presence: 0.9, rotations };
         HandPose { joints: Some(joints), ..HandPose::default() }
     }
 

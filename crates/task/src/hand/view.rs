@@ -1,6 +1,6 @@
 //! Hands in the image: evaluated points and vertices of a pose.
 
-use evpose_body::{HandSkeleton, PosedBody, ShapedBody};
+use evpose_body::{HandFit, HandSkeleton, PosedBody, ShapedBody};
 use evpose_core::SensorSize;
 use evpose_pose::metric::HandPoints;
 use evpose_pose::{HandParams, HandPose, HandSide, PoseEstimate};
@@ -79,7 +79,8 @@ impl HandView {
     /// finger, and not for the mean one. An image says how large a hand looks, never how far away it is: with
     /// its length, metres are true.
     pub(super) fn set_hand_length(&mut self, length_m: f32) {
-        let points_m = self.skeleton().points(&[0.0; 6]);
+        let skeleton = HandSkeleton::new(self.actor.body(), &self.neutral);
+        let points_m = skeleton.points(&[0.0; 6]);
         let bones = MIDDLE_FINGER.windows(2);
         let mean_m: f32 = bones.map(|bone| points_m[bone[0]].distance(points_m[bone[1]])).sum();
         self.scale = length_m / mean_m;
@@ -122,9 +123,11 @@ impl HandView {
         }
     }
 
-    /// The joints of the neutral hand of the model, of whichever side that is.
-    pub(super) fn skeleton(&self) -> HandSkeleton {
-        HandSkeleton::new(self.actor.body(), &self.neutral)
+    /// The fit of the neutral hand of the model, of whichever side that is.
+    pub(super) fn hand_fit(&self) -> HandFit {
+        let side = HandSide::Right;
+        let side = if self.actor.is_mirrored(side) { HandSide::Left } else { side };
+        HandFit::new(self.actor.body(), &self.neutral, side)
     }
 
     /// Whether a hand of `side` is the mirror image of the model's.

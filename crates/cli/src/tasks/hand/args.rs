@@ -66,6 +66,10 @@ pub(crate) struct HandInferArgs {
     /// Also write a table of the joints alone, without parameters
     #[arg(long)]
     pub(super) joints: Option<OutputFile>,
+    /// Also write a table of full MANO poses: position and rotation of the wrist and the 45 rotations of all other
+    /// joints, of the hand that is fitted to the joints of a network of joints
+    #[arg(long, value_name = "FILE")]
+    pub(super) rotations: Option<OutputFile>,
 }
 
 #[derive(Debug, clap::Args)]

@@ -8,11 +8,12 @@ use evpose_camera::Calibration;
 use evpose_core::{Micros, SensorSize};
 use evpose_io::Windows;
 use evpose_io::poses::{
-    POSE_FORMATS, PoseColumns, PoseKind, TimedPose, pose_format_of, write_poses_from,
+    HandRotationRow, POSE_FORMATS, PoseColumns, PoseKind, TimedPose, pose_format_of,
+    write_hand_rotations, write_poses_from,
 };
 use evpose_nn::HandHead;
 use evpose_pose::stream::InferenceSchedule;
-use evpose_pose::{HandPose, JointFrame, PoseOrigin};
+use evpose_pose::{HandJoints, HandPose, JointFrame, PoseEstimate, PoseOrigin};
 use evpose_task::hand::{HandConfig, PresenceCounts, calibration_for, hand_recording};
 
 use super::HandNetwork;
@@ -28,6 +29,10 @@ pub(super) fn run(model: &HandNetwork, args: &InferArgs, own: &HandInferArgs) ->
         config.detection.min_presence = min_score;
     }
     let config = &config;
+    if own.rotations.is_some() {
+        let of_joints = config.network.head == HandHead::Joints;
+        ensure!(of_joints, "--rotations is for networks of joints: a regressor has 12 parameters");
+    }
     let path = &*own.recording.events;
     // Before an inference of an hour.
     let format = format_of(own.recording.format, &args.out)?;
@@ -83,6 +88,16 @@ pub(super) fn run(model: &HandNetwork, args: &InferArgs, own: &HandInferArgs) ->
         let columns = PoseColumns::of(PoseKind::Hand).without_params();
         columns.write(path, &mut rows.iter().map(timed))?;
     }
+    if let Some(path) = &own.rotations {
+        let of_joints = |row: &Row| Some((row.t, row.pose?, row.pose?.joints?));
+        let row = |(t, pose, joints): (Micros, HandPose, HandJoints)| {
+            let PoseEstimate::Hand { params: wrist, .. } = frontend.pose(pose) else {
+                unreachable!("poses of hands are of hands")
+            };
+            HandRotationRow { t, wrist, rotations: joints.rotations }
+        };
+        write_hand_rotations(path, rows.iter().filter_map(of_joints).map(row))?;
+    }
     if is_slow_motion {
         say(format!("slow motion: {} inputs, {repeated} repeated at rest", counts.inferred));
     }
@@ -98,6 +113,9 @@ pub(super) fn run(model: &HandNetwork, args: &InferArgs, own: &HandInferArgs) ->
     say(format!("{} poses: {}", counts.inferred - absent, args.out.display()));
     if let Some(path) = &own.joints {
         say(format!("joints: {}", path.display()));
+    }
+    if let Some(path) = &own.rotations {
+        say(format!("rotations: {}", path.display()));
     }
     Ok(())
 }
