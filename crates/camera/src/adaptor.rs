@@ -4,9 +4,14 @@
 //! A pixel of the canonical view sees the mean logarithmic luminance of the sensor's pixels that it
 //! covers. An event changes its pixel's by one contrast threshold, so the view's pixel changes by
 //! the share of its area that the sensor's pixel covers. Where the change since its last event
-//! reaches one threshold, it has an event itself, of that polarity. An edge of some contrast then
-//! makes as many events per canonical pixel for every resolution; noise that is independent among
-//! `n` pixels makes `1 / n` as many, and events of both polarities cancel.
+//! reaches seven tenths of a threshold, it has an event itself, of that polarity, and one threshold
+//! is taken off. An edge of some contrast then makes as many events per canonical pixel for every
+//! resolution; noise that is independent among `n` pixels makes far fewer, and events of both
+//! polarities cancel.
+//!
+//! At a whole threshold, edges that pass a part of a pixel, or have two sides in it, would be gone:
+//! fingers before a sensor of 1280x720 were. Half a threshold lets more noise through; between, .7
+//! was best for networks of hands and of bodies (docs/guide/networks.md).
 //!
 //! If polarities say nothing (all are one, or random: see [`ViewAdaptor::has_lost_polarities`]), an
 //! event of any of them counts as a step in one direction: edges then pool as they should, and noise
@@ -31,8 +36,8 @@ const INVERSE_STEPS: u32 = 20;
 const MAX_ERROR_PX: f64 = 0.5;
 /// Shares of a canonical pixel that are dropped: rounding.
 const MIN_SHARE: f32 = 1e-3;
-/// Change at which there is an event: one threshold but for rounding of the shares' sum.
-const THRESHOLD: f32 = 1.0 - 5e-3;
+/// Change at which there is an event, in thresholds.
+const THRESHOLD: f32 = 0.7;
 
 /// Maps the events of one sensor to a canonical view.
 #[derive(Debug, Clone)]
@@ -112,7 +117,7 @@ impl ViewAdaptor {
                 let change = &mut self.change[cell as usize];
                 *change += sign * share;
                 if sign * *change >= THRESHOLD {
-                    // What exceeds the threshold counts towards the next event.
+                    // One for each threshold of change, on average.
                     *change -= sign;
                     let (x, y) = ((cell % view_width) as u16, (cell / view_width) as u16);
                     // In the view and in order, as the events themselves.

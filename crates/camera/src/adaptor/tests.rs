@@ -97,8 +97,8 @@ fn opposite_events_cancel_and_independent_noise_is_thinned() {
     }
     let per_pixel = events.len() as f64 / (192.0 * 144.0);
     let per_cell = seen(&camera, &view, &events).len() as f64 / (96.0 * 72.0);
-    // A quarter of the rate in the limit of many events per pixel; at the start less.
-    assert!(per_cell < 0.3 * per_pixel, "{per_cell} {per_pixel}");
+    // Noise that is added up does not come back to where it was for long: half of the rate.
+    assert!(per_cell < 0.5 * per_pixel, "{per_cell} {per_pixel}");
 }
 
 #[test]
@@ -241,7 +241,7 @@ proptest! {
         }
     }
 
-    /// The share of an event is a quarter: four of one sign make one, and opposite ones cancel.
+    /// The share of an event is a quarter: three of one sign make one, then four each, and opposite ones cancel.
     #[test]
     fn pooled_by_two_a_pixel_counts_to_four(seed in 0..1000_u64) {
         let camera = Calibration::from_vertical_fov(size(16, 12), 45.0);
@@ -253,8 +253,8 @@ proptest! {
             let quarter = &mut quarters[usize::from(y * 8 + x)];
             let sign = if event.polarity.is_on() { 1 } else { -1 };
             *quarter += sign;
-            (*quarter == 4 * sign).then(|| {
-                *quarter = 0;
+            (*quarter == 3 * sign).then(|| {
+                *quarter -= 4 * sign;
                 Event { x, y, ..event }
             })
         });
