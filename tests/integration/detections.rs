@@ -86,6 +86,34 @@ fn nothing_is_said_before_there_was_something_to_see() {
     assert!(rows.iter().all(|row| row.origin == Some(PoseOrigin::Nobody)), "{rows:?}");
     let said = sandbox.fails(&[&infer[..], &["--min-score", "0.5"]].concat());
     assert!(said.contains("is for networks of joints"), "{said}");
+    let said = sandbox.fails(&[&infer[..], &["--rotations", "rotations.csv"]].concat());
+    assert!(said.contains("is for networks of joints"), "{said}");
+}
+
+#[test]
+fn a_network_of_joints_says_how_sure_it_is_and_turns_every_joint() {
+    let sandbox = Sandbox::new();
+    let network = shipped("hand-joints.bpk");
+    let events = format!("{}/datasets/development/hands/06.npz", env!("CARGO_MANIFEST_DIR"));
+    let infer = ["infer", "--checkpoint", &network, "--events", &events, "--camera", "45deg"];
+    let infer = [&infer[..], &["--stride-ms", "100", "--out", "hands.csv"]].concat();
+    sandbox.ok(&[&infer[..], &["--rotations", "rotations.csv"]].concat());
+    let rows = read_poses(&sandbox.path("hands.csv")).unwrap().poses;
+    let found: Vec<_> = rows.iter().filter(|row| !row.is_nobody()).collect();
+    assert!(found.len() > rows.len() / 2, "{} of {}", found.len(), rows.len());
+    assert!(found.iter().all(|row| row.score.is_some_and(|score| (0.5..=1.0).contains(&score))));
+    let rotations = sandbox.text("rotations.csv");
+    let lines: Vec<&str> = rotations.lines().collect();
+    assert_eq!(lines.len(), 1 + found.len(), "a line of each hand");
+    for line in &lines[1..] {
+        let values: Vec<f32> = line.split(',').map(|value| value.parse().unwrap()).collect();
+        assert_eq!(values.len(), 1 + 6 + 45);
+        // No joint of a digit turns by half a turn.
+        let turns = values[7..].chunks(3).map(|axis| axis.iter().map(|x| x * x).sum::<f32>());
+        assert!(turns.map(f32::sqrt).all(|turn| turn < 3.1), "{line}");
+    }
+    let said = sandbox.fails(&[&infer[..], &["--min-score", "1"]].concat());
+    assert!(said.contains("nobody is in view"), "{said}");
 }
 
 #[test]
