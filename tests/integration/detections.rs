@@ -99,12 +99,12 @@ fn a_network_of_joints_says_how_sure_it_is_and_turns_every_joint() {
     let infer = [&infer[..], &["--stride-ms", "100", "--out", "hands.csv"]].concat();
     sandbox.ok(&[&infer[..], &["--rotations", "rotations.csv"]].concat());
     let rows = read_poses(&sandbox.path("hands.csv")).unwrap().poses;
-    let found: Vec<_> = rows.iter().filter(|row| !row.is_nobody()).collect();
-    assert!(found.len() > rows.len() / 2, "{} of {}", found.len(), rows.len());
-    assert!(found.iter().all(|row| row.score.is_some_and(|score| (0.5..=1.0).contains(&score))));
+    let hands: Vec<_> = rows.iter().filter(|row| !row.is_nobody()).collect();
+    assert!(hands.len() > rows.len() / 2, "{} of {}", hands.len(), rows.len());
+    assert!(hands.iter().all(|row| row.score.is_some_and(|score| (0.5..=1.0).contains(&score))));
     let rotations = sandbox.text("rotations.csv");
     let lines: Vec<&str> = rotations.lines().collect();
-    assert_eq!(lines.len(), 1 + found.len(), "a line of each hand");
+    assert_eq!(lines.len(), 1 + hands.len(), "a line of each hand");
     for line in &lines[1..] {
         let values: Vec<f32> = line.split(',').map(|value| value.parse().unwrap()).collect();
         assert_eq!(values.len(), 1 + 6 + 45);

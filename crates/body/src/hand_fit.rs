@@ -91,7 +91,7 @@ pub struct HandFit {
     palm: Palm,
 }
 
-/// Where a fit is between two steps.
+/// A hand between two steps of a fit.
 #[derive(Debug, Clone, Copy)]
 struct Guess {
     angles: [f32; ANGLES],

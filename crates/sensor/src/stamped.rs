@@ -69,7 +69,7 @@ impl StampedEvents {
     }
 }
 
-/// A division of pixel numbers by the width of the sensor.
+/// A division of pixel indices by the width of the sensor.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RowDivision {
     width: u64,

@@ -1,4 +1,4 @@
-//! What hands look like before anything is seen of them.
+//! The hands that are expected before anything is seen of them.
 //!
 //! # Model
 //! Angles of a hand are normal, with the mean and the covariance of the [`GESTURES`]: fingers bend together, a DIP

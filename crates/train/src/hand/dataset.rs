@@ -211,8 +211,8 @@ impl HandDataset {
 
     /// The sample at position `position` of the endless shuffled sequence of training samples,
     /// augmented; a pure function of the seed and the position.
-    /// Of a network of joints, windows in which the hand rests are drawn again: their heatmaps would be told what no
-    /// image shows, and learn to be wide.
+    /// Of a network of joints, windows in which the hand rests are drawn again: heatmaps that are taught what no
+    /// image shows learn to be wide.
     pub(crate) fn training_sample(&self, position: u64) -> Result<Sample, SampleError> {
         let mut sample = self.drawn_sample(position)?;
         for draw in 1..MAX_DRAWS {
