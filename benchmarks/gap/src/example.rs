@@ -66,6 +66,7 @@ pub(super) fn finding() -> Finding {
     Finding {
         name: String::new(),
         kind: FindingKind::Effect,
+        formula: None,
         parameters: BTreeMap::new(),
         probability: Some(0.99),
         confusable_with: Vec::new(),

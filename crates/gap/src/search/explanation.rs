@@ -15,7 +15,7 @@ use crate::fit::{Fit, descend};
 use crate::free_parameter::FreeParameter;
 use crate::goodness::{NameTests, control_false_names};
 use crate::parameters::ModelParameter;
-use crate::verdict::Answer;
+use crate::verdict::{Answer, SignatureTest};
 
 /// Rounds of the fit of an effect alone.
 const ROUNDS: usize = 2;
@@ -28,6 +28,39 @@ pub(super) struct Tested {
     pub(super) parameters: Vec<(ModelParameter, Worth)>,
 }
 
+/// Tests of the names of a selection, in its order; none of a name without a test.
+pub(super) struct TestedNames {
+    effects: Vec<Option<SignatureTest>>,
+    parameters: Vec<Option<SignatureTest>>,
+}
+
+impl TestedNames {
+    /// Tests each name by the signature of its effect, and all together.
+    ///
+    /// # Errors
+    /// A model that cannot be built or shown the scene.
+    pub(super) fn new(splits: &DataSplits<'_>, tested: &Tested) -> Result<Self, GapError> {
+        let Tested { selection, dropped, parameters } = tested;
+        if selection.effects.is_empty() && parameters.is_empty() {
+            return Ok(Self { effects: Vec::new(), parameters: Vec::new() });
+        }
+        let tests = NameTests::new(&splits.held_out, &selection.model)?;
+        let names = selection.effects.iter().map(|effect| effect.candidate.name);
+        let effects = names.zip(dropped).map(|(name, one)| tests.test(name, &one.rest.model));
+        let mut effects = effects.collect::<Result<Vec<_>, GapError>>()?;
+        let p = dropped.iter().map(|one| one.worth.difference.p);
+        let named = effects.iter_mut().zip(p).filter_map(|(test, p)| Some((test.as_mut()?, p)));
+        control_false_names(&mut named.collect::<Vec<_>>());
+        let parameters = parameters.iter().map(|(parameter, _)| tests.test_parameter(*parameter));
+        Ok(Self { effects, parameters: parameters.collect() })
+    }
+
+    /// Whether the name of effect number `i` failed its test.
+    pub(super) fn is_failed(&self, i: usize) -> bool {
+        self.effects[i].as_ref().is_some_and(|test| !test.passes)
+    }
+}
+
 /// Turns the result of the search into an identification; `is_cut` where its time was over.
 ///
 /// # Errors
@@ -35,6 +68,7 @@ pub(super) struct Tested {
 pub(super) fn explain(
     splits: &DataSplits<'_>,
     tested: Tested,
+    names: TestedNames,
     before: ModelScore,
     refitted: ModelScore,
     compared: Vec<Compared>,
@@ -50,7 +84,8 @@ pub(super) fn explain(
     };
     let after = selection.held_out.clone();
     let mut added_effects = Vec::new();
-    for ((effect, dropped), compared) in selection.effects.iter().zip(dropped).zip(compared) {
+    let evidence = dropped.into_iter().zip(compared).zip(names.effects);
+    for (effect, ((dropped, compared), test)) in selection.effects.iter().zip(evidence) {
         let own = selection.model.effect(effect.candidate.name);
         // With the values of the joint fit: the candidate's own are from before others were added.
         let trial = Trial {
@@ -72,20 +107,19 @@ pub(super) fn explain(
             confusable: compared.confusable,
             discrepancy_without: dropped.rest.held_out.discrepancy,
             model_without: dropped.rest.model,
-            test: None,
+            test,
             explained: explained(&alone, &dropped.worth),
         });
     }
     added_effects.sort_by(|a, b| b.explained.beside_others.total_cmp(&a.explained.beside_others));
     let mut changed_parameters = Vec::new();
-    for (parameter, worth) in parameters {
+    for ((parameter, worth), test) in parameters.into_iter().zip(names.parameters) {
         let mut alone = before.model.clone();
         parameter.set(&mut alone, parameter.value(&after.model));
         let alone = splits.score(&alone)?;
         let explained = explained(&alone, &worth);
-        changed_parameters.push(ChangedParameter { parameter, explained, test: None });
+        changed_parameters.push(ChangedParameter { parameter, explained, test });
     }
-    test_names(splits, &after, &mut added_effects, &mut changed_parameters)?;
     // The part that is left is relative to chance: replicates of a perfect model have a discrepancy
     // too.
     let left = unexplained(&splits.held_out, &after.model)?;
@@ -107,39 +141,15 @@ pub(super) fn explain(
     })
 }
 
-/// Tests each name by the signature of its effect, and all together.
-fn test_names(
-    splits: &DataSplits<'_>,
-    after: &ModelScore,
-    effects: &mut [AddedEffect],
-    parameters: &mut [ChangedParameter],
-) -> Result<(), GapError> {
-    if effects.is_empty() && parameters.is_empty() {
-        return Ok(());
-    }
-    let tests = NameTests::new(&splits.held_out, &after.model)?;
-    for added in effects.iter_mut() {
-        added.test = tests.test(added.name(), &added.model_without)?;
-    }
-    for changed in parameters.iter_mut() {
-        changed.test = tests.test_parameter(changed.parameter);
-    }
-    let named = effects.iter_mut().map(|added| (&mut added.test, added.explained.p));
-    let mut named: Vec<_> = named.filter_map(|(test, p)| Some((test.as_mut()?, p))).collect();
-    control_false_names(&mut named);
-    Ok(())
-}
-
 fn findings(effects: &[AddedEffect], parameters: &[ChangedParameter]) -> Findings {
-    let demoted = effects.iter().filter(|added| added.is_demoted()).map(|added| added.explained);
-    let demoted = demoted.chain(
-        parameters.iter().filter(|changed| changed.is_demoted()).map(|changed| changed.explained),
-    );
-    let named = effects.iter().filter(|added| !added.is_demoted());
+    let (named, unnamed): (Vec<_>, Vec<_>) = effects.iter().partition(|added| added.is_named());
+    let demoted = parameters.iter().filter(|changed| changed.is_demoted());
+    let unnamed = unnamed.iter().map(|added| added.explained);
+    let unnamed = unnamed.chain(demoted.map(|changed| changed.explained));
     Findings {
-        confusable: named.map(|added| added.confusable.len()).collect(),
+        confusable: named.iter().map(|added| added.confusable.len()).collect(),
         parameters: parameters.iter().filter(|changed| !changed.is_demoted()).count(),
-        demoted: demoted.map(|explained| explained.beside_others).reduce(|a, b| a + b),
+        unnamed: unnamed.map(|explained| explained.beside_others).reduce(|a, b| a + b),
     }
 }
 

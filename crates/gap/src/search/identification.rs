@@ -3,6 +3,7 @@
 use evpose_sensor::{SensorConfig, Stage};
 
 use super::budget::Budget;
+use super::formula_terms::FORMULA;
 use super::selection::Selection;
 use crate::candidate::Trial;
 use crate::fit::Fit;
@@ -149,6 +150,11 @@ impl AddedEffect {
     /// Whether the name failed its test.
     pub fn is_demoted(&self) -> bool {
         self.test.as_ref().is_some_and(|test| !test.passes)
+    }
+
+    /// Whether it has a name: no formula, and no failed test.
+    pub fn is_named(&self) -> bool {
+        self.name() != FORMULA && !self.is_demoted()
     }
 
     /// Name of the effect in the catalogue.

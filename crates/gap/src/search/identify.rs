@@ -6,7 +6,8 @@ use super::StageCallback;
 use super::decision::is_within_tolerance;
 use super::direct_estimates::DirectEstimates;
 use super::elimination::{changed_parameters, eliminate};
-use super::explanation::{Tested, explain};
+use super::explanation::{Tested, TestedNames, explain};
+use super::formula_terms::FORMULA;
 use super::identification::{DataSplits, FittedCandidate, Identification, ModelScore, SCORE_RUNS};
 use super::proposals::Proposals;
 use super::recording_marks::Recording;
@@ -116,8 +117,39 @@ impl DataSplits<'_> {
             tested = test(&tested.selection)?;
             compared = swap(self, &mut tested.selection)?.1;
         }
+        progress("testing each name by what only it does");
+        let mut names = TestedNames::new(self, &tested)?;
+        let failed: Vec<usize> =
+            (0..tested.selection.effects.len()).filter(|i| names.is_failed(*i)).collect();
+        let is_left = !is_within_tolerance(&tested.selection.held_out) || !failed.is_empty();
+        if is_left && self.allows_rivals() && !left_out.iter().any(|name| name == FORMULA) {
+            progress("looking for a formula of what has no name");
+            let bare = self.without_effects(&refitted, model)?;
+            if let Some(with) = forward.formula(&tested.selection, &failed, &bare)? {
+                let with = test(&with)?;
+                // What is dropped again beside the others leaves the answer as it was.
+                if with.selection.has(FORMULA) {
+                    tested = with;
+                    compared = swap(self, &mut tested.selection)?.1;
+                    names = TestedNames::new(self, &tested)?;
+                }
+            }
+        }
         progress("what each effect explains");
-        explain(self, tested, before, refitted, compared, excess, is_cut)
+        explain(self, tested, names, before, refitted, compared, excess, is_cut)
+    }
+
+    /// The refitted model as a selection.
+    fn without_effects(
+        &self,
+        refitted: &ModelScore,
+        given: &SensorConfig,
+    ) -> Result<Selection, GapError> {
+        Ok(Selection {
+            given: given.clone(),
+            train_discrepancy: self.train.discrepancy(&refitted.model, 1)?,
+            ..Selection::without_effects(self, &refitted.model)?
+        })
     }
 
     /// Drops from a selection what is not worth its name. Parameters of the model come first: one

@@ -14,7 +14,9 @@
 //! 6. `elimination`: effects and parameters that are not worth their names beside the others are
 //!    dropped. Effects are tried in the place of changed parameters (`stepwise`), which may have
 //!    absorbed what they do.
-//! 7. `explanation`: what each explains alone and beside the others, and what is left.
+//! 7. `discovery`: where something is left that no effect explains, a formula with a term of
+//!    `formula_terms` is tried.
+//! 8. `explanation`: what each explains alone and beside the others, and what is left.
 //!
 //! Whether a difference is significant is decided by replicates on the scene at hand
 //! (`significance`).
@@ -23,8 +25,10 @@ mod budget;
 mod candidate_fit;
 mod decision;
 mod direct_estimates;
+mod discovery;
 mod elimination;
 mod explanation;
+mod formula_terms;
 mod identification;
 mod identify;
 mod initial_guess;
@@ -43,6 +47,7 @@ mod swap_move;
 
 pub use budget::Budget;
 pub use decision::{excess_closed, is_within_tolerance};
+pub(crate) use formula_terms::{FORMULA, Term};
 pub use identification::{
     AddedEffect, ChangedParameter, Contender, DataSplits, ExplainedFraction, FittedCandidate,
     Identification, Left, ModelScore,

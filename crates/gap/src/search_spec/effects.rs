@@ -283,4 +283,12 @@ pub(super) static EFFECTS: &[SearchSpec] = &[
         mark: Some(RecordingMark::HotPixels),
         ..PLAIN
     },
+    SearchSpec {
+        effect: "formula",
+        hidden_by: &[
+            (SceneSource::Frames, "a formula could follow the errors of the frames"),
+            (SceneSource::Poses, "a formula could follow the errors of the appearance"),
+        ],
+        ..PLAIN
+    },
 ];

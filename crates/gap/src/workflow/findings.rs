@@ -15,10 +15,13 @@ use evpose_sensor::SensorConfig;
 
 use super::calibration::{CALIBRATION, FindingEvidence, ParameterOwner};
 use super::errors::{RawError, errors};
+use super::found_formula::found_formula;
 use crate::GapError;
 use crate::free_parameter::FreeParameter;
 use crate::parameters::{ModelParameter, same_as};
-use crate::search::{AddedEffect, ChangedParameter, DataSplits, ExplainedFraction, Identification};
+use crate::search::{
+    AddedEffect, ChangedParameter, DataSplits, ExplainedFraction, FORMULA, Identification,
+};
 use crate::verdict::{Explained, Finding, FindingKind, Quantity};
 
 /// Standard deviations to either end of a 90 % interval.
@@ -86,6 +89,7 @@ fn effect_finding<'a>(
     let confusable = added.confusable.iter().copied().chain(same);
     // An effect that the model has at another strength is a wrong parameter of it.
     let kind = match result.before.model.effect(added.name()) {
+        _ if added.name() == FORMULA => FindingKind::Formula,
         Some(_) => FindingKind::Parameter,
         None => FindingKind::Effect,
     };
@@ -98,6 +102,12 @@ fn effect_finding<'a>(
         confusable_with: confusable.map(str::to_owned).collect(),
         signature: added.test.clone(),
         explained: Some(explained(&added.explained)),
+        formula: result
+            .after
+            .model
+            .effect(FORMULA)
+            .filter(|_| kind == FindingKind::Formula)
+            .and_then(found_formula),
     };
     EvidencedFinding { finding, evidence: Some(evidence), errors }
 }
@@ -124,6 +134,7 @@ fn parameter_finding(
         confusable_with: same.map(str::to_owned).into_iter().collect(),
         signature: changed.test.clone(),
         explained: Some(explained(&changed.explained)),
+        formula: None,
     };
     EvidencedFinding { finding, evidence: None, errors: BTreeMap::from([(name, raw)]) }
 }

@@ -17,6 +17,7 @@ mod directions;
 mod errors;
 mod evidence;
 mod findings;
+mod found_formula;
 mod frame_nuisance;
 mod gap_value;
 mod inputs;

@@ -111,6 +111,7 @@ fn finding(effect: &SceneFreeEffect) -> Finding {
     Finding {
         name: effect.name.to_owned(),
         kind: FindingKind::Effect,
+        formula: None,
         parameters: effect.parameters.iter().map(quantity).collect(),
         probability: Some(1.0 - effect.p.unwrap_or(1.0)),
         confusable_with: effect.confusable_with.iter().map(|name| (*name).to_owned()).collect(),

@@ -85,6 +85,9 @@ pub(super) fn name(args: &InputArgs) -> Result<(Answer, bool)> {
     with_name(args, |_, splits, result| {
         for finding in findings_of_answer(splits, result)? {
             say(format!("  {}: {}", finding.name, words::parameters(&finding)));
+            if let Some(formula) = words::formula(&finding) {
+                say(format!("    {formula}"));
+            }
             if let Some(explained) = finding.explained {
                 say(format!(
                     "    explains {} of the gap alone, {} beside the others",
@@ -117,6 +120,9 @@ pub(super) fn correct(args: &CorrectArgs) -> Result<(Answer, bool)> {
             Answer::Partial => "the model with what explains a part of the gap",
             Answer::NoGap => "nothing to correct: the model as given",
             Answer::Undecided => "undecided: the model with one of the candidates that would do",
+            Answer::NoneOfCatalogue if !result.added_effects.is_empty() => {
+                "no effect is named: the model with a formula for what is missing"
+            }
             Answer::Parameter | Answer::NoneOfCatalogue => {
                 "no effect is named: the model with its parameters refitted"
             }

@@ -51,8 +51,11 @@ pub(crate) fn named(finding: &Finding) -> String {
     let kind = match finding.kind {
         FindingKind::Effect => "effect",
         FindingKind::Parameter => "parameter of the model",
+        FindingKind::Formula => "formula",
     };
-    format!("<b>{}</b><br><small>{kind}</small>", escape(&finding.name))
+    // A formula says more than its name.
+    let name = words::formula(finding).unwrap_or_else(|| finding.name.clone());
+    format!("<b>{}</b><br><small>{kind}</small>", escape(&name))
 }
 
 /// Its parameters with their intervals, as a cell.

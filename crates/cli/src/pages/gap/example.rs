@@ -27,6 +27,7 @@ pub(crate) fn verdict() -> Verdict {
         effects: vec![Finding {
             name: "leak_on".to_owned(),
             kind: FindingKind::Effect,
+            formula: None,
             parameters: BTreeMap::from([("rate_hz".to_owned(), rate)]),
             probability: Some(0.99),
             confusable_with: vec!["parasitic_photo_leak".to_owned()],

@@ -85,7 +85,7 @@ fn steps(verdict: &Verdict) -> Vec<WaterfallStep> {
     };
     for finding in &verdict.effects {
         let colour = match finding.kind {
-            FindingKind::Effect => CORRECTED,
+            FindingKind::Effect | FindingKind::Formula => CORRECTED,
             FindingKind::Parameter => PARAMETER,
         };
         explain(label(finding), explained::beside_others(finding), colour);

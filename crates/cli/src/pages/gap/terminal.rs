@@ -59,7 +59,9 @@ fn answer(verdict: &Verdict) -> Vec<String> {
         let text = format!("{}: {}", finding.name, text.collect::<Vec<_>>().join("; "));
         let mut of_finding = wrapped("", &text, 2, 2);
         // Summaries only while there is room for the rest of the report.
-        if let Some(summary) = words::summary(&finding.name).filter(|_| lines.len() < 6) {
+        if let Some(formula) = words::formula(finding) {
+            of_finding.extend(wrapped("", &formula, 2, 4));
+        } else if let Some(summary) = words::summary(&finding.name).filter(|_| lines.len() < 6) {
             of_finding.extend(wrapped("", summary, 1, 4));
         }
         if let Some(test) = finding.signature.as_ref().filter(|_| lines.len() < 6) {

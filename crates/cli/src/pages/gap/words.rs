@@ -35,6 +35,9 @@ pub fn headline(verdict: &Verdict) -> String {
                 names => format!("Explained in part, by {names}; {left} of the gap is unexplained"),
             }
         }
+        Answer::NoneOfCatalogue if !of(FindingKind::Formula).is_empty() => {
+            "Something is missing that the catalogue does not hold; a formula is found".to_owned()
+        }
         Answer::NoneOfCatalogue => match demoted(verdict) {
             none if none.is_empty() => {
                 "Something is missing that the catalogue does not hold".to_owned()
@@ -55,6 +58,12 @@ fn demoted(verdict: &Verdict) -> String {
 pub fn failed(finding: &Finding) -> Option<String> {
     let test = finding.signature.as_ref().filter(|test| !test.passes)?;
     Some(format!("explains, but is not it: it would have to {}; {}", test.must, test.shows))
+}
+
+/// A formula with the stage that it acts at, and what it may come from; none of a name.
+pub fn formula(finding: &Finding) -> Option<String> {
+    let found = finding.formula.as_ref()?;
+    Some(format!("{} = {} ({})", found.stage, found.expression, found.reading))
 }
 
 /// The line of a run whose time was over.
@@ -119,6 +128,13 @@ pub fn meaning(verdict: &Verdict) -> String {
             format!("Other values of the model explain a part of the gap, not all. {closes}")
         }
         Answer::Partial => format!("{does}. That is a part of the gap, not all. {closes}"),
+        Answer::NoneOfCatalogue if verdict.effects.iter().any(|f| f.formula.is_some()) => {
+            let laws: Vec<String> = verdict.effects.iter().filter_map(formula).collect();
+            format!(
+                "No effect that is known explains it, but a formula does: {}. {closes}",
+                laws.join("; ")
+            )
+        }
         Answer::NoneOfCatalogue if !verdict.demoted.is_empty() => {
             let failed = verdict.demoted.iter().filter_map(|one| Some((&one.name, failed(one)?)));
             let failed: Vec<String> =
