@@ -200,10 +200,10 @@ fn logs(hidden: &str, scene: &LightSequence, seed: u64, pixel: usize) -> Vec<f64
                 let mirrored = WIDTH * HEIGHT - 1 - pixel;
                 own + 0.2 * f64::from(scene.planes()[frame].data()[mirrored])
             }
-            // The last row sees what the first saw 8 ms before.
+            // The last row sees what the first saw 8 ms before; nothing is known of the light before the scene.
             "rolling exposure" => {
                 let late_s = 0.008 * y as f64 / (HEIGHT - 1) as f64;
-                light(seed, x as f64, y as f64, frame as f64 / FPS - late_s)
+                light(seed, x as f64, y as f64, (frame as f64 / FPS - late_s).max(0.0))
             }
             _ => own,
         };

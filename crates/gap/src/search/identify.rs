@@ -124,7 +124,8 @@ impl DataSplits<'_> {
         let is_left = !is_within_tolerance(&tested.selection.held_out) || !failed.is_empty();
         if is_left && self.allows_rivals() && !left_out.iter().any(|name| name == FORMULA) {
             progress("looking for a formula of what has no name");
-            let bare = self.without_effects(&refitted, model)?;
+            let bare =
+                Selection { given: model.clone(), ..Selection::without_effects(self, &unfitted)? };
             if let Some(with) = forward.formula(&tested.selection, &failed, &bare)? {
                 let with = test(&with)?;
                 // What is dropped again beside the others leaves the answer as it was.
@@ -137,19 +138,6 @@ impl DataSplits<'_> {
         }
         progress("what each effect explains");
         explain(self, tested, names, before, refitted, compared, excess, is_cut)
-    }
-
-    /// The refitted model as a selection.
-    fn without_effects(
-        &self,
-        refitted: &ModelScore,
-        given: &SensorConfig,
-    ) -> Result<Selection, GapError> {
-        Ok(Selection {
-            given: given.clone(),
-            train_discrepancy: self.train.discrepancy(&refitted.model, 1)?,
-            ..Selection::without_effects(self, &refitted.model)?
-        })
     }
 
     /// Drops from a selection what is not worth its name. Parameters of the model come first: one

@@ -1,0 +1,72 @@
+//! A formula is found for what the catalogue does not have, and nowhere else. How well eight hidden effects
+//! of a camera that shares no code with the model are found is in `benches/gap/formulas.md`.
+
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use evpose_core::Plane;
+use evpose_gap::LightSequence;
+use evpose_gap::verdict::{Answer, Finding, FindingKind};
+use evpose_gap::workflow::{ComparisonCase, HeldOut, Inputs, Prepared, findings_of_answer};
+use evpose_sensor::{EffectConfig, STAGES, SensorConfig};
+
+/// Gratings that run over each other on 16 x 12 pixels for 0.4 s.
+fn scene(seed: u64) -> LightSequence {
+    let turn = 0.9 * seed as f64;
+    let light = |x: f64, y: f64, t_s: f64| {
+        let (u, v) = (turn.cos() * x + turn.sin() * y, turn.cos() * y - turn.sin() * x);
+        0.3 + 0.15 * (0.55 * u - 22.0 * t_s).sin() + 0.1 * (0.35 * v + 15.0 * t_s).sin()
+    };
+    let plane = |k: usize| {
+        let pixels =
+            (0..16 * 12).map(|i| light((i % 16) as f64, (i / 16) as f64, k as f64 / 500.0) as f32);
+        Plane::from_vec(16, 12, pixels.collect()).unwrap()
+    };
+    LightSequence::new(500.0, (0..=200).map(plane).collect()).unwrap()
+}
+
+/// What is found of a camera with `hidden`, where a few effects of the catalogue are tried beside formulas.
+fn found(hidden: &EffectConfig) -> (Answer, Vec<Finding>) {
+    let camera = SensorConfig { effects: vec![hidden.clone()] };
+    let case = |seed: u64| {
+        ComparisonCase::new(&scene(seed).events(&camera, seed).unwrap(), scene(seed)).unwrap()
+    };
+    let tried = ["formula", "refractory", "hysteresis"];
+    let names = STAGES.iter().map(|stage| stage.name).filter(|name| !tried.contains(name));
+    let prepared = Prepared::new(Inputs {
+        train: case(1),
+        held_out: HeldOut::Recording(case(2)),
+        model: SensorConfig::default(),
+        nominal: None,
+        left_out: names.map(str::to_owned).collect(),
+        seed: 3,
+        is_quick: true,
+    })
+    .unwrap();
+    let splits = prepared.data_splits().unwrap();
+    let result =
+        splits.identify(&prepared.model.config, &prepared.left_out, &|_: &str| {}).unwrap();
+    (result.answer, findings_of_answer(&splits, &result).unwrap())
+}
+
+#[test]
+fn thresholds_that_drift_are_a_formula_and_no_name() {
+    let hidden = EffectConfig::new("formula").with("stage", "threshold");
+    let hidden = hidden.with("expression", "1 + a*time_s").with("a", 0.8);
+    let (answer, findings) = found(&hidden);
+    assert_eq!(answer, Answer::NoneOfCatalogue, "{findings:?}");
+    assert_eq!(findings.len(), 1, "{findings:?}");
+    assert_eq!(findings[0].kind, FindingKind::Formula);
+    let formula = findings[0].formula.as_ref().unwrap();
+    assert_eq!((formula.stage.as_str(), formula.variable.as_str()), ("threshold", "time_s"));
+    // Drawn from 0 to 1 s, which takes it from 1 to 1.8.
+    let [time_s, threshold] = *formula.curve.last().unwrap();
+    assert!((time_s - 1.0).abs() < 1e-9 && (threshold - 1.8).abs() < 0.1, "{formula:?}");
+}
+
+#[test]
+fn an_effect_of_the_catalogue_is_named_and_no_formula_takes_its_place() {
+    let (answer, findings) = found(&EffectConfig::new("refractory").with("period_us", 8e3));
+    assert_eq!(answer, Answer::Effects, "{findings:?}");
+    let named: Vec<&str> = findings.iter().map(|finding| finding.name.as_str()).collect();
+    assert_eq!(named, ["refractory"]);
+}
