@@ -7,6 +7,7 @@
 use burn::backend::cubecl::dtype_to_storage_type;
 use burn::backend::ops::ConvOptions;
 use burn::tensor::Shape;
+use burn_cubecl::CubeDevice;
 use burn_cubecl::kernel::matmul::{MatmulStrategy, init_matmul_output, matmul};
 use burn_cubecl::kernel::reduce::reduce_dim;
 use burn_cubecl::ops::{permute, permute_nchw_to_nhwc, permute_nhwc_to_nchw, reshape};
@@ -251,7 +252,9 @@ impl Product {
     /// The matrix product.
     fn of(self, a: CubeTensor, b: CubeTensor) -> CubeTensor {
         let dtype = a.dtype;
-        if self == Self::Burns {
+        // Burn chooses plain f32 where there are no matrix units for it, as on wgpu, and is the faster there
+        // (`benches/machines/xeon-2-vulkan.json`).
+        if self == Self::Burns || !matches!(a.device, CubeDevice::Cuda(_)) {
             return matmul(a, b, None, MatmulStrategy::default(), dtype)
                 .unwrap_or_else(|error| panic!("a matrix product: {error:?}"));
         }
