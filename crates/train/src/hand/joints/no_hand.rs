@@ -170,19 +170,6 @@ mod tests {
         assert_eq!(drawn(1), drawn(1));
         let active = |image: &[f32]| image.iter().filter(|value| **value > 0.0).count();
         let images: Vec<Vec<f32>> = (0..50).map(drawn).collect();
-        if let Ok(path) = std::env::var("DUMP") {
-            let mut out = b"P5 1280 960 255\n".to_vec();
-            for y in 0..960 {
-                for x in 0..1280 {
-                    let k = (y / 96) * 10 + x / 128;
-                    let i = (y % 96) * 128 + x % 128;
-                    let (a, b) =
-                        images.get(k).map_or((0.0, 0.0), |im| (im[i], im[size.pixels() + i]));
-                    out.push((128.0 + 127.0 * (a - b)) as u8);
-                }
-            }
-            std::fs::write(path, out).unwrap();
-        }
         let is_drawn = |image: &&Vec<f32>| {
             let (a, b) = image.split_at(size.pixels());
             active(a) > 20 && active(b) > 20 && active(image) < size.pixels()
