@@ -1,6 +1,7 @@
 //! The ablation, small.
 
 use std::process::Stdio;
+use std::sync::LazyLock;
 use std::time::Duration;
 
 use crate::harness::{Sandbox, bytes, stderr, tiny};
@@ -25,11 +26,17 @@ fn figures(outcome: &serde_json::Value) -> serde_json::Value {
     serde_json::json!([rows, outcome["findings"]])
 }
 
-#[test]
-fn an_ablation_ends_with_a_table_curves_and_verdicts_and_survives_being_killed() {
+/// The ablation whole, which others are compared with, and what it said.
+static WHOLE: LazyLock<(Sandbox, String)> = LazyLock::new(|| {
     let sandbox = Sandbox::new();
     let said = sandbox.ok(&ablate("whole", &[]));
-    let outcome_whole = outcome(&sandbox, "whole");
+    (sandbox, said)
+});
+
+#[test]
+fn an_ablation_ends_with_a_table_curves_and_verdicts_and_survives_being_killed() {
+    let (of_whole, said) = &*WHOLE;
+    let outcome_whole = outcome(of_whole, "whole");
     let rows = outcome_whole["rows"].as_array().unwrap();
     let names: Vec<_> = rows.iter().map(|row| row["name"].as_str().unwrap()).collect();
     assert_eq!(names, ["lnes-100", "eoi", "no-filter", "mean-pose"]);
@@ -50,15 +57,16 @@ fn an_ablation_ends_with_a_table_curves_and_verdicts_and_survives_being_killed()
     assert!(rows[2]["per_seed"] != rows[0]["per_seed"], "the filter does something");
 
     assert!(said.contains("| no-filter") && said.contains("| mean-pose"), "{said}");
-    let markdown = sandbox.text("whole/ablation.md");
+    let markdown = of_whole.text("whole/ablation.md");
     assert!(markdown.contains("| worse than lnes-100 |"), "{markdown}");
-    let page = sandbox.text("whole/ablation.html");
+    let page = of_whole.text("whole/ablation.html");
     assert!(page.contains("<svg") && page.contains("</html>"));
     assert!(!page.contains("<script src") && !page.contains("<link"), "self-contained");
     for file in ["config.toml", "run.toml", "data/seed-1/train/0000.evc", "data/seed-2/held-out"] {
-        assert!(sandbox.path("whole").join(file).exists(), "{file} is missing");
+        assert!(of_whole.path("whole").join(file).exists(), "{file} is missing");
     }
 
+    let sandbox = Sandbox::new();
     // Killed in the middle of the second row, whose first training has begun.
     let begun = sandbox.path("killed/rows/eoi/seed-1/metrics.jsonl");
     sandbox.kill(&ablate("killed", &[]), || begun.exists(), Duration::ZERO);
@@ -87,8 +95,7 @@ fn an_ablation_ends_with_a_table_curves_and_verdicts_and_survives_being_killed()
 #[test]
 fn shards_of_an_ablation_share_recordings_and_end_with_the_table_of_one_process() {
     let sandbox = Sandbox::new();
-    sandbox.ok(&ablate("whole", &[]));
-    let whole = figures(&outcome(&sandbox, "whole"));
+    let whole = figures(&outcome(&WHOLE.0, "whole"));
     // Four trials: the first shard has two, of different seeds, whose recordings the others need too.
     let shards = ["1/3", "2/3", "3/3"].map(|shard| {
         let mut command = sandbox.evpose(&ablate("parts", &["--shard", shard]));

@@ -153,7 +153,7 @@ fn development(sandbox: &Sandbox, kind: &str, recordings: &[&str]) -> PathBuf {
 #[test]
 fn people_are_found_at_home_as_stored() {
     let (sandbox, stored) = (Sandbox::new(), Stored::of("home"));
-    let home = home(&sandbox, &stored, "body", "1/10");
+    let home = home(&sandbox, &stored, "body", "1/20");
     hold(&sandbox, &stored, &["body", "body-quick"], &home);
 }
 
@@ -167,7 +167,7 @@ fn hands_are_found_at_home_as_stored() {
 #[test]
 fn people_of_the_development_set_are_found_as_stored() {
     let (sandbox, stored) = (Sandbox::new(), Stored::of("development"));
-    let set = development(&sandbox, "bodies", &["00", "04", "08", "12"]);
+    let set = development(&sandbox, "bodies", &["00", "08"]);
     hold(&sandbox, &stored, &["body", "body-quick"], &set);
 }
 

@@ -105,7 +105,7 @@ impl HandFit {
         let skeleton = HandSkeleton::new(model, shaped);
         let palm = Palm::new(&skeleton.points(&[0.0; 6]));
         let axes = FingerAxes::new(model, shaped, side);
-        Self { skeleton, axes, prior: AnglePrior::of_gestures(), palm }
+        Self { skeleton, axes, prior: AnglePrior::new(), palm }
     }
 
     /// Length of the palm, from the wrist to the knuckle of the middle finger, in metres.
