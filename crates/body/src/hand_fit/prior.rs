@@ -1,9 +1,9 @@
 //! The hands that are expected before anything is seen of them.
 //!
 //! # Model
-//! Angles of a hand are normal, with the mean and the covariance of the [`GESTURES`] and of real hands, each half:
-//! fingers bend together, a DIP joint with its PIP joint. Every angle may deviate by itself from what the others say
-//! of it.
+//! Angles of a hand are normal, with the mean and the covariance of the [`GESTURES`], by which simulated hands move, and,
+//! a third, of real hands: fingers bend together, a DIP joint with its PIP joint. Every angle may deviate by itself
+//! from what the others say of it.
 //!
 //! # Source
 //! Real hands: 10,508 of people who spell letters, `borisgraudt/asl-ai` (CC0-1.0), of which
@@ -16,6 +16,8 @@ use crate::fingers::{GESTURES, HandAngles};
 
 /// Standard deviation of an angle by itself: as much as gestures vary from hand to hand.
 const OWN_SD_DEG: f64 = 9.0;
+/// How much of the distribution is that of real hands.
+const REAL_SHARE: f64 = 1.0 / 3.0;
 /// The mean angles of real hands in degrees, then the lower half of their covariance, a line a row.
 const REAL_HANDS: &str = include_str!("real_hands.txt");
 
@@ -68,10 +70,11 @@ impl AnglePrior {
     /// That of all hands there are.
     pub(super) fn new() -> Self {
         let (a, b) = (Moments::of_gestures(), Moments::of_real_hands());
-        let mean: [f64; ANGLES] = std::array::from_fn(|i| 0.5 * (a.mean[i] + b.mean[i]));
+        let mix = |gestures: f64, real: f64| gestures + REAL_SHARE * (real - gestures);
+        let mean: [f64; ANGLES] = std::array::from_fn(|i| mix(a.mean[i], b.mean[i]));
         let own = OWN_SD_DEG.to_radians().powi(2);
         let covariance = |i: usize, j: usize| {
-            let second = 0.5 * (a.second[i][j] + b.second[i][j]);
+            let second = mix(a.second[i][j], b.second[i][j]);
             second - mean[i] * mean[j] + if i == j { own } else { 0.0 }
         };
         let matrix: Vec<Vec<f64>> =

@@ -23,13 +23,16 @@ pub struct HandDetectionConfig {
     /// Mean score of the joints of a network of joints, 0 to 1, below which the last pose is repeated: they are
     /// nowhere in particular, as of a hand of which next to nothing moves.
     pub min_score: f32,
+    /// Active pixels in the box about the hand of a network of joints, relative to the larger side of the box,
+    /// below which the last pose is repeated: what rests is not seen.
+    pub min_evidence: f32,
 }
 
 impl Default for HandDetectionConfig {
     /// 130 of 240x180 pixels. `hold.rest_sum` of the shipped network takes a window that sums to 60 for
     /// one at rest, and active pixels of an LNES are one half on average.
     fn default() -> Self {
-        Self { min_active: 0.003, min_presence: 0.5, min_score: 0.15 }
+        Self { min_active: 0.003, min_presence: 0.5, min_score: 0.15, min_evidence: 8.0 }
     }
 }
 
@@ -41,7 +44,7 @@ impl HandDetectionConfig {
     /// Whether it makes sense.
     pub(super) fn is_valid(&self) -> bool {
         let shares = [self.min_active, self.min_presence, self.min_score];
-        shares.iter().all(|share| (0.0..=1.0).contains(share))
+        shares.iter().all(|share| (0.0..=1.0).contains(share)) && self.min_evidence >= 0.0
     }
 }
 

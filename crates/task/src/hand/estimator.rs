@@ -10,6 +10,7 @@ use evpose_clean::DenoiseFilter;
 use super::batch::InputBatch;
 use super::config::HandConfig;
 use super::detection::{HandDetectionConfig, WarmUp};
+use super::evidence::HandEvidence;
 use super::smoothing::Smoothing;
 use crate::TaskError;
 
@@ -55,6 +56,7 @@ pub(super) struct HandEstimator {
     warm_up: WarmUp,
     gate: Option<StillnessGate<HandPose>>,
     hold: Option<HoldAtRest<HandPose>>,
+    evidence: HandEvidence,
     smoothing: Smoothing,
     detection: HandDetectionConfig,
     /// Counts of windows with and without a hand.
@@ -98,6 +100,7 @@ impl HandEstimator {
             warm_up: WarmUp::new(config.detection, sensor),
             gate,
             hold: config.hold.map(|hold| HoldAtRest::new(&hold, sensor)).transpose()?,
+            evidence: HandEvidence::new(config.simulation.camera(), config.detection.min_evidence),
             smoothing: Smoothing::new(config, !is_plain)?,
             presence: PresenceCounts::default(),
             detection: config.detection,
@@ -172,13 +175,19 @@ impl HandEstimator {
         let times = &batch.times()[first..];
         self.presence.since = self.presence.since.or(times.first().copied());
         let min_score = self.detection.min_score;
-        let is_seen = |pose: &HandPose| pose.mean_score().is_none_or(|score| score >= min_score);
+        let evidence = &mut self.evidence;
+        let mut is_seen = |t: Micros, input: &[f32], pose: &HandPose| {
+            pose.mean_score().is_none_or(|score| score >= min_score)
+                && evidence.is_enough(t, input, pose)
+        };
         let held: Vec<HandPose> = match &mut self.hold {
             None => outputs.clone(),
-            Some(hold) => inputs
-                .zip(&outputs)
-                .map(|(input, pose)| hold.pose(input, pose, is_seen(pose)))
-                .collect(),
+            Some(hold) => {
+                let windows = inputs.zip(&outputs).zip(times);
+                windows
+                    .map(|((input, pose), t)| hold.pose(input, pose, is_seen(*t, input, pose)))
+                    .collect()
+            }
         };
         let (mut of_hands, mut poses) = (Vec::new(), Vec::new());
         for (&t, pose) in times.iter().zip(held) {
@@ -239,6 +248,7 @@ impl HandEstimator {
         if let Some(hold) = &mut self.hold {
             hold.reset();
         }
+        self.evidence.reset();
         self.smoothing.reset();
     }
 }

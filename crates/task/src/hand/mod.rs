@@ -6,6 +6,7 @@ mod checkpoint;
 mod config;
 mod detection;
 mod estimator;
+mod evidence;
 mod frontend;
 mod joint_decoder;
 mod joint_grid;
