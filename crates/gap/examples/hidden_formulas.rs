@@ -77,7 +77,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for hidden in
         HIDDEN.into_iter().filter(|one| names.is_empty() || names.iter().any(|n| n == one))
     {
-        let (row, share) = found(hidden, is_few)?;
+        let (row, share) = row(hidden, is_few)?;
         eprintln!("{row}");
         writeln!(table, "{row}")?;
         shares.push(share);
@@ -89,7 +89,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// A row of the table, and the share of the gap that is left.
-fn found(hidden: &str, is_few: bool) -> Result<(String, f64), Box<dyn Error>> {
+fn row(hidden: &str, is_few: bool) -> Result<(String, f64), Box<dyn Error>> {
     let case = |seed: u64| -> Result<ComparisonCase, Box<dyn Error>> {
         let scene = scene(seed)?;
         Ok(ComparisonCase::new(&recorded(hidden, &scene, seed)?, scene)?)

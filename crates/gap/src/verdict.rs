@@ -116,7 +116,7 @@ pub struct FoundFormula {
     pub variable: String,
     /// Values of the variable, and of the formula there.
     pub curve: Vec<[f64; 2]>,
-    /// What it may come from, in words.
+    /// A possible cause, in words.
     pub reading: String,
 }
 

@@ -24,8 +24,8 @@ fn scene(seed: u64) -> LightSequence {
     LightSequence::new(500.0, (0..=200).map(plane).collect()).unwrap()
 }
 
-/// What is found of a camera with `hidden`, where a few effects of the catalogue are tried beside formulas.
-fn found(hidden: &EffectConfig) -> (Answer, Vec<Finding>) {
+/// Answer and findings of a camera with `hidden`, where a few effects of the catalogue are tried beside formulas.
+fn identified(hidden: &EffectConfig) -> (Answer, Vec<Finding>) {
     let camera = SensorConfig { effects: vec![hidden.clone()] };
     let case = |seed: u64| {
         ComparisonCase::new(&scene(seed).events(&camera, seed).unwrap(), scene(seed)).unwrap()
@@ -52,7 +52,7 @@ fn found(hidden: &EffectConfig) -> (Answer, Vec<Finding>) {
 fn thresholds_that_drift_are_a_formula_and_no_name() {
     let hidden = EffectConfig::new("formula").with("stage", "threshold");
     let hidden = hidden.with("expression", "1 + a*time_s").with("a", 0.8);
-    let (answer, findings) = found(&hidden);
+    let (answer, findings) = identified(&hidden);
     assert_eq!(answer, Answer::NoneOfCatalogue, "{findings:?}");
     assert_eq!(findings.len(), 1, "{findings:?}");
     assert_eq!(findings[0].kind, FindingKind::Formula);
@@ -65,7 +65,7 @@ fn thresholds_that_drift_are_a_formula_and_no_name() {
 
 #[test]
 fn an_effect_of_the_catalogue_is_named_and_no_formula_takes_its_place() {
-    let (answer, findings) = found(&EffectConfig::new("refractory").with("period_us", 8e3));
+    let (answer, findings) = identified(&EffectConfig::new("refractory").with("period_us", 8e3));
     assert_eq!(answer, Answer::Effects, "{findings:?}");
     let named: Vec<&str> = findings.iter().map(|finding| finding.name.as_str()).collect();
     assert_eq!(named, ["refractory"]);

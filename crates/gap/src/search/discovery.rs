@@ -36,7 +36,7 @@ const ROUNDS: usize = 2;
 const STRIDE: usize = 2;
 
 impl Forward<'_> {
-    /// The best formula beside a selection, beside what of it did not fail its tests (`failed`, numbers of
+    /// The best formula beside a selection, beside what of it did not fail its tests (`failed`, indices of
     /// its effects), or in the place of all that was selected or refitted, beside `unfitted`; none if none is
     /// worth trying.
     ///

@@ -22,7 +22,7 @@ pub(crate) struct Term {
     pub(crate) place: &'static str,
     /// Variable along which it is drawn; empty for a constant.
     pub(crate) variable: &'static str,
-    /// What it may be.
+    /// A possible cause.
     pub(crate) reading: &'static str,
     spec: StageSpec,
 }
