@@ -90,7 +90,7 @@ fn sorted(folder: &Path) -> Result<Vec<std::path::PathBuf>, std::io::Error> {
     Ok(paths)
 }
 
-/// 63 numbers of double precision behind the header of a NumPy file.
+/// 63 values of double precision behind the header of a NumPy file.
 fn landmarks(path: &Path) -> Result<Vec<Vec3>, Box<dyn Error>> {
     let bytes = fs::read(path)?;
     let values = bytes.len().checked_sub(63 * 8).and_then(|start| bytes.get(start..));

@@ -67,8 +67,7 @@ impl TestedNames {
 /// A model that cannot be built or shown the scene.
 pub(super) fn explain(
     splits: &DataSplits<'_>,
-    tested: Tested,
-    names: TestedNames,
+    (tested, names): (Tested, TestedNames),
     before: ModelScore,
     refitted: ModelScore,
     compared: Vec<Compared>,

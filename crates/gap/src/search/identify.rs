@@ -137,7 +137,7 @@ impl DataSplits<'_> {
             }
         }
         progress("what each effect explains");
-        explain(self, tested, names, before, refitted, compared, excess, is_cut)
+        explain(self, (tested, names), before, refitted, compared, excess, is_cut)
     }
 
     /// Drops from a selection what is not worth its name. Parameters of the model come first: one

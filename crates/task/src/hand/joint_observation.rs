@@ -41,15 +41,14 @@ pub fn joint_observation(row: &[f32], grid: &JointGrid) -> JointObservation {
     };
     let mut likelihood = vec![0.0; cells];
     let mut positions = [Vec2::ZERO; JOINTS];
-    for joint in 0..JOINTS {
+    for (joint, position) in positions.iter_mut().enumerate() {
         let of_joint = joint * cells..(joint + 1) * cells;
         softmax(&heatmaps[of_joint.clone()], &mut likelihood);
-        let position = mean_position(&likelihood, columns);
+        *position = mean_position(&likelihood, columns);
         let depths = likelihood.iter().zip(&depth_maps[of_joint]);
         observed.depths[joint] = depths.map(|(likelihood, depth)| likelihood * depth).sum();
-        observed.spread_cells[joint] = spread(&likelihood, columns, position);
-        observed.scores[joint] = near(&likelihood, columns, position);
-        positions[joint] = position;
+        observed.spread_cells[joint] = spread(&likelihood, columns, *position);
+        observed.scores[joint] = near(&likelihood, columns, *position);
     }
     let larger = larger(&positions, &observed.spread_cells);
     // The wrist is the first.
