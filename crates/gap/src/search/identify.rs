@@ -121,7 +121,7 @@ impl DataSplits<'_> {
         let mut names = TestedNames::new(self, &tested)?;
         let failed: Vec<usize> =
             (0..tested.selection.effects.len()).filter(|i| names.is_failed(*i)).collect();
-        let is_left = !is_within_tolerance(&tested.selection.held_out) || !failed.is_empty();
+        let is_left = forward.is_partial(&tested.selection) || !failed.is_empty();
         if is_left && self.allows_rivals() && !left_out.iter().any(|name| name == FORMULA) {
             progress("looking for a formula of what has no name");
             let bare =
