@@ -127,7 +127,8 @@ fn measure(args: &BenchInferArgs) -> Result<Report> {
                 && args.level.is_none()
                 && !args.layers,
         "several thread counts, --precision, --level, --layers and --against are for our engine, on \
-         --device flex without --burn"
+         --device flex without --burn; on a GPU, `evpose bench gpu --only profile` says what each kernel of \
+         a layer takes"
     );
     ensure!(
         args.against.is_empty() || args.batch == 1,
