@@ -53,8 +53,8 @@ pub struct CropErrors {
 pub struct TrainingView {
     /// A part of the canonical view.
     pub crop: PerspectiveCrop,
-    /// Whether something else takes the place of the image, so that there is no hand in it.
-    pub is_replaced: bool,
+    /// Whether tiles of the image change places, so that there is no hand in it.
+    pub is_scrambled: bool,
 }
 
 impl Default for TwoPassConfig {
@@ -190,16 +190,16 @@ impl TwoPass {
 
     /// The view of training sample `sample` of a network of joints, of a hand at `points_m`: a function of `seed` and
     /// its number alone. With [`TwoPassConfig::empty_probability`] there is no hand in it: half of these lie beside
-    /// the hand, in the others something else is to take its place.
+    /// the hand, in the others it is to be scrambled.
     pub fn draw_view(&self, points_m: &[Vec3; 21], seed: u64, sample: u64) -> TrainingView {
         let mut rng = CounterRng::new(seed, "crops without hands", sample);
         let about = || self.draw_about(points_m, seed, sample);
         if !rng.chance(self.config.empty_probability) {
-            return TrainingView { crop: about(), is_replaced: false };
+            return TrainingView { crop: about(), is_scrambled: false };
         }
         let beside = rng.chance(0.5).then(|| self.draw_beside(points_m, &mut rng)).flatten();
         // A hand that fills the view leaves no place beside it.
-        TrainingView { crop: beside.unwrap_or_else(about), is_replaced: beside.is_none() }
+        TrainingView { crop: beside.unwrap_or_else(about), is_scrambled: beside.is_none() }
     }
 
     /// A crop beside a hand at `points_m`, with none of it in the image, if there is place.
@@ -299,13 +299,13 @@ mod tests {
         let two_pass = TwoPass::new(&config).unwrap().unwrap();
         let pinhole = two_pass.camera().pinhole();
         let view = two_pass.view_size();
-        let (mut beside, mut replaced) = (0, 0);
+        let (mut beside, mut scrambled) = (0, 0);
         for k in 0..200 {
             let points_m = two_pass.points_m(&pose(&config, k));
-            let TrainingView { crop, is_replaced } = two_pass.draw_view(&points_m, 3, k);
-            assert_eq!(two_pass.draw_view(&points_m, 3, k), TrainingView { crop, is_replaced });
-            replaced += usize::from(is_replaced);
-            if is_replaced || crop == two_pass.draw_about(&points_m, 3, k) {
+            let TrainingView { crop, is_scrambled } = two_pass.draw_view(&points_m, 3, k);
+            assert_eq!(two_pass.draw_view(&points_m, 3, k), TrainingView { crop, is_scrambled });
+            scrambled += usize::from(is_scrambled);
+            if is_scrambled || crop == two_pass.draw_about(&points_m, 3, k) {
                 continue;
             }
             beside += 1;
@@ -319,7 +319,7 @@ mod tests {
             }
         }
         assert!((15..45).contains(&beside), "{beside} of 200");
-        assert!((10..40).contains(&replaced), "{replaced} of 200");
+        assert!((10..40).contains(&scrambled), "{scrambled} of 200");
     }
 
     #[test]

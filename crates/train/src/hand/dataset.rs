@@ -14,7 +14,7 @@ use evpose_sim::raster::Camera;
 
 use crate::TrainError;
 use crate::hand::camera_turn::CameraTurn;
-use crate::hand::joints::{JointLabel, JointLabeller, without_hand};
+use crate::hand::joints::{JointLabel, JointLabeller, scramble};
 use crate::hand::sequence_events::keep_confirmed;
 use crate::order::SampleOrder;
 use evpose_camera::Calibration;
@@ -284,9 +284,8 @@ impl HandDataset {
         let view = two_pass.draw_view(&points_m, seed, number);
         two_pass.fill(&view.crop, &input, &mut seen);
         let mut label = labeller.label(&points_m, &view.crop).as_seen(&seen);
-        if view.is_replaced {
-            let is_lnes = self.representation.spec().name == "lnes";
-            without_hand(&mut seen, two_pass.size(), is_lnes, (seed, number));
+        if view.is_scrambled {
+            scramble(&mut seen, two_pass.size(), seed, number);
             label = label.without_hand();
         }
         let pose = view.crop.crop_from_view(two_pass.camera(), pose).to_array();

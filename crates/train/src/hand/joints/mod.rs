@@ -14,5 +14,5 @@ pub(crate) use batches::JointBatches;
 pub use label::JointLabel;
 pub(crate) use label::JointLabeller;
 pub use loss::{JOINT_VALUES, JointBatch};
-pub(crate) use no_hand::without_hand;
+pub(crate) use no_hand::scramble;
 pub(crate) use training::JointTask;
