@@ -17,8 +17,8 @@ const MAX_LAG_US: i64 = 20_000;
 const TOLERANCE_STEPS: f64 = 0.05;
 /// Tolerance of steps of log light.
 const STEP_TOLERANCE: f64 = 0.002;
-/// Fraction of an interval within which its own length is found.
-const SHORT: f64 = 0.9;
+/// Fraction of a period below which intervals are shorter than it: fits of periods are up to a fifth too long.
+const SHORT: f64 = 0.75;
 /// Tolerance of fractions of events.
 const FRACTION_TOLERANCE: f64 = 0.002;
 /// Time between two events of one burst, microseconds.
