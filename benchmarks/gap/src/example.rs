@@ -100,7 +100,8 @@ fn row(truth: &Truth) -> Row {
     };
     let is_said = matches!(verdict, Answer::Effects | Answer::Parameter);
     let names = match kind {
-        FindingKind::Effect => &truth.effects,
+        // No case hides a formula.
+        FindingKind::Effect | FindingKind::Formula => &truth.effects,
         FindingKind::Parameter => &truth.parameters,
     };
     let effects: Vec<Finding> = names
