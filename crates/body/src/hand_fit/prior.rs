@@ -55,7 +55,13 @@ impl Moments {
     fn of_real_hands() -> Self {
         let rows: Vec<Vec<f64>> = REAL_HANDS
             .lines()
-            .map(|line| line.split(' ').map(|value| value.parse().unwrap_or(0.0)).collect())
+            .map(|line| {
+                line.split(' ')
+                    .map(|value| {
+                        value.parse().unwrap_or_else(|_| unreachable!("no value: {value}"))
+                    })
+                    .collect()
+            })
             .collect();
         let radians = 1f64.to_radians();
         let mean: [f64; ANGLES] = std::array::from_fn(|i| radians * rows[0][i]);

@@ -4,8 +4,9 @@
 //! Every term of a small grammar is screened at a grid of its constants beside the model so far, beside
 //! what of it holds, and beside the model as given: refitted parameters and effects may have absorbed what
 //! the formula is for (behind a threshold that drifts, two wrong names left a third of the gap, and no
-//! formula lowered it). The best terms are fitted to training data and scored on held-out data; the best is added if it is worth a name by the
-//! test that effects have to pass, with the terms among the candidates that it was chosen from.
+//! formula lowered it). The best terms are fitted to training data and scored on held-out data; the best is
+//! added if it is worth a name by the test that effects have to pass, with the terms among the candidates
+//! that it was chosen from.
 //!
 //! # Source
 //! Sparse discrepancy models: Kaheman et al., *Learning Discrepancy Models from Experimental Data*,

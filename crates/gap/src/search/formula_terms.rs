@@ -62,7 +62,7 @@ const DARK: Parameter = b(0.01, 1.0);
 /// Standard deviations beyond which a column or a row is a bad one.
 const BEYOND: Parameter = b(0.2, 2.5);
 
-/// Amplitude of a threshold, with either sign.
+/// Amplitude of a threshold, or drift of the light's gain per second, with either sign.
 const SIGNED: Parameter = a(-0.8, 3.0, Scale::Linear);
 /// Spread of thresholds.
 const SPREAD: Parameter = a(0.005, 0.6, Scale::Log);
@@ -72,9 +72,8 @@ const SHARE: Parameter = a(0.005, 0.95, Scale::Log);
 const RATE: Parameter = a(0.05, 500.0, Scale::Log);
 /// Time, us.
 const TIME: Parameter = a(50.0, 1e5, Scale::Log);
-/// Part of the light in a ghost, and drift of its gain per second.
+/// Part of the light in a ghost.
 const GHOST: Parameter = a(0.002, 0.5, Scale::Log);
-const DRIFT: Parameter = a(-0.8, 3.0, Scale::Linear);
 /// Time constant, ms.
 const DECAY: Parameter = b(0.3, 300.0);
 
@@ -249,7 +248,7 @@ pub(crate) static TERMS: &[Term] = &[
         "photocurrent",
         "light*(1 + a*time_s)",
         "time_s",
-        &[DRIFT],
+        &[SIGNED],
         Domain::Photodiode,
         "gain drifts with time: temperature?",
     ),
