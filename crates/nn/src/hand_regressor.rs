@@ -116,7 +116,7 @@ impl HandRegressor {
         Graph::trace(self, EVENT_CHANNELS, |events| vec![self.forward_ops(events)])
     }
 
-    fn forward_ops<N: NetOps>(&self, events: N) -> N::Vector {
+    pub(crate) fn forward_ops<N: NetOps>(&self, events: N) -> N::Vector {
         self.backbone.forward(events.conv(&self.conv1))
     }
 

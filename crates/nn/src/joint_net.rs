@@ -6,7 +6,7 @@
 use burn::module::Module;
 use burn::nn::Linear;
 use burn::nn::pool::{AdaptiveAvgPool2d, AdaptiveAvgPool2dConfig};
-use burn::tensor::{Device, Tensor};
+use burn::tensor::{DType, Device, Tensor};
 use evpose_pose::EVALUATION_JOINTS;
 use serde::{Deserialize, Serialize};
 
@@ -143,6 +143,7 @@ impl JointNet {
             return JointMaps { heatmaps, depths, presence };
         }
         let (heatmaps, depths, presence) = self.forward_ops(events);
+        let [heatmaps, depths] = [heatmaps, depths].map(|maps| maps.cast(DType::F32));
         JointMaps { heatmaps, depths, presence }
     }
 

@@ -64,6 +64,7 @@ mod net_ops;
 mod network;
 mod ops;
 pub mod parameters;
+mod timed;
 pub mod weights;
 
 pub use adam::Adam;
@@ -86,3 +87,4 @@ pub use loss::{
 pub use move_enet::{MoveEnet, MoveEnetConfig};
 pub use network::{MOVE_ENET, Network};
 pub use ops::set_training_kernels;
+pub use timed::NodeTime;

@@ -6,6 +6,7 @@ use crate::graph::Graph;
 use crate::hand_regressor::EVENT_CHANNELS;
 use crate::move_enet::IMAGE_CHANNELS;
 use crate::parameters::trained_count;
+use crate::timed::{NodeTime, node_times};
 use crate::{
     BACKBONES, HandRegressor, HandRegressorConfig, MoveEnet, MoveEnetConfig, NnError,
     backbone_by_name,
@@ -91,6 +92,18 @@ impl Network {
         }
     }
 
+    /// How long each node of the graph but the input takes on the device of the images, in the order of
+    /// [`Graph::nodes`]. Inputs are as those of [`Self::outputs`].
+    ///
+    /// # Panics
+    /// If the device fails.
+    pub fn node_times(&self, images: Tensor<4>) -> Vec<NodeTime> {
+        match self {
+            Self::Hand(network) => node_times(images, |x| network.forward_ops(x)),
+            Self::Body(network) => node_times(images, |x| network.forward_ops(x)),
+        }
+    }
+
     /// The number of trainable parameters.
     pub fn parameter_count(&self) -> usize {
         match self {
@@ -114,6 +127,9 @@ mod tests {
             assert_eq!(graph.nodes[0].channels, channels, "{name}");
             let values = network.outputs(Tensor::ones([1, channels, 96, 96], &device));
             assert_eq!(values.len(), graph.outputs.len(), "{name}");
+            let times = network.node_times(Tensor::ones([1, channels, 96, 96], &device));
+            let timed = times.iter().map(|node| node.output[0]);
+            assert!(graph.nodes[1..].iter().map(|node| node.channels).eq(timed), "{name}");
         }
         let error = Network::untrained("move", 1.0, 3, &device).unwrap_err().to_string();
         assert!(error.ends_with("inception_v3, move_enet"), "{error}");

@@ -8,6 +8,27 @@ use serde::{Deserialize, Serialize};
 use crate::TaskError;
 use crate::experiment::require;
 
+/// The number format of a training's convolutions. Parameters, normalisations, losses and validation are in 32 bits
+/// in all of them.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum TrainingPrecision {
+    /// 32 bits.
+    #[default]
+    F32,
+    /// The upper half of 32 bits.
+    Bf16,
+    /// IEEE's 16 bits; the loss is scaled, so that small gradients are not lost.
+    F16,
+}
+
+impl TrainingPrecision {
+    /// Whether it is the default, which configs leave out.
+    pub(crate) fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
 /// A learning rate schedule: linear warm-up, then steps at milestones or a cosine.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]

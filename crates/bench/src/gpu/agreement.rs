@@ -6,7 +6,7 @@ use burn::tensor::{Device, Gradients, Tensor, TensorData};
 use evpose_cli::latency::windows;
 use evpose_cli::progress::say;
 use evpose_nn::parameters::with_matched_variances;
-use evpose_nn::{DeviceKind, HandLoss, Network, adapter_name};
+use evpose_nn::{DeviceKind, HandLoss, Network, adapter_name, set_training_kernels};
 use serde::Serialize;
 
 /// Networks that have every kind of layer between them.
@@ -33,6 +33,9 @@ struct Differences {
     gradients: f64,
     /// Norm of the difference of all gradients over the norm of the CPU's.
     gradients_norm: f64,
+    /// Differences of gradients between our kernels and Burn's on the CPU, which sum in another order: what rounding
+    /// alone does to this network.
+    gradients_of_rounding: f64,
 }
 
 pub(super) fn measure(kind: DeviceKind) -> Result<Agreement> {
@@ -44,6 +47,9 @@ pub(super) fn measure(kind: DeviceKind) -> Result<Agreement> {
         let outputs = largest_difference(&outputs(network, &gpu)?, &outputs(network, &cpu)?, 1.0);
         let ([objective, gradients], [objective_cpu, gradients_cpu]) =
             (step(network, &gpu)?, step(network, &cpu)?);
+        set_training_kernels(false);
+        let burns = step(network, &cpu)?;
+        set_training_kernels(true);
         let differences = Differences {
             network,
             outputs,
@@ -51,6 +57,7 @@ pub(super) fn measure(kind: DeviceKind) -> Result<Agreement> {
             gradients: largest_difference(&gradients, &gradients_cpu, 0.0),
             // One number for all: single gradients near 0 differ by any factor.
             gradients_norm: norm(&minus(&gradients, &gradients_cpu)) / norm(&gradients_cpu),
+            gradients_of_rounding: largest_difference(&burns[1], &gradients_cpu, 0.0),
         };
         say(format!("{differences:?}"));
         agreement.networks.push(differences);

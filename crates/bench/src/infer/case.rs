@@ -1,11 +1,12 @@
 //! Measurement of one network in one setting.
 
 use anyhow::Result;
+use burn::tensor::Device;
 use evpose_infer::{Engine, EngineOptions, Level, Precision};
 use serde::Serialize;
 
 use super::against::{Comparison, PeerBenchmark};
-use super::layers::{self, LayerTime};
+use super::layers::{self, LayerTime, RUNS};
 use super::networks::Network;
 use super::noise::Noise;
 use super::start::StartTime;
@@ -62,9 +63,15 @@ pub(super) struct Setting<'a> {
 }
 
 impl Setting<'_> {
-    pub(super) fn burn(&self, mut runner: Runner<'_>, threads: usize) -> Case {
-        let case = self.timed(&mut runner, Precision::F32, threads);
+    /// Measures Burn's network.
+    pub(super) fn burn(&self, threads: usize, device: &Device) -> Case {
+        let Self { args, network, seed } = self;
+        let mut case = self.timed(&mut network.burn(device), Precision::F32, threads);
         case.say();
+        if args.layers {
+            case.layers = layers::of_burn(network, args.batch, *seed, args.runs.min(RUNS), device);
+            layers::table(&case.layers).iter().for_each(say);
+        }
         case
     }
 

@@ -62,8 +62,8 @@ pub struct BenchInferArgs {
     /// Time Burn instead of our engine
     #[arg(long)]
     pub(crate) burn: bool,
-    /// Show the time per layer
-    #[arg(long, conflicts_with = "burn")]
+    /// Show the time per layer; of Burn's network each layer is waited for, and eight of its calls are timed
+    #[arg(long)]
     pub(crate) layers: bool,
     /// Compare with other runtimes on the same network, interleaved in the same run
     #[arg(long, value_name = "PEER", value_delimiter = ',', conflicts_with = "burn")]
@@ -124,11 +124,9 @@ fn measure(args: &BenchInferArgs) -> Result<Report> {
             || args.threads.len() <= 1
                 && args.against.is_empty()
                 && args.precision == [Precision::F32]
-                && args.level.is_none()
-                && !args.layers,
-        "several thread counts, --precision, --level, --layers and --against are for our engine, on \
-         --device flex without --burn; on a GPU, `evpose bench gpu --only profile` says what each kernel of \
-         a layer takes"
+                && args.level.is_none(),
+        "several thread counts, --precision, --level and --against are for our engine, on --device flex \
+         without --burn"
     );
     ensure!(
         args.against.is_empty() || args.batch == 1,
@@ -165,7 +163,7 @@ fn measure(args: &BenchInferArgs) -> Result<Report> {
         let network = networks::network(&config, &name, &device)?;
         let setting = Setting { args, network: &network, seed: config.seed };
         if !is_engine {
-            report.cases.push(setting.burn(network.burn(&device), threads[0]));
+            report.cases.push(setting.burn(threads[0], &device));
             continue;
         }
         for precision in &args.precision {

@@ -27,7 +27,7 @@ pub(super) struct Network {
     pub(super) input: [usize; 3],
     pub(super) graph: Graph,
     /// The Burn module.
-    module: Module,
+    pub(super) module: Module,
 }
 
 impl Network {

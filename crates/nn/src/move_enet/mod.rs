@@ -17,7 +17,7 @@ pub(crate) mod heads;
 mod names;
 
 use burn::module::Module;
-use burn::tensor::{Device, Tensor};
+use burn::tensor::{DType, Device, Tensor};
 use evpose_pose::body::BodyMaps;
 use serde::{Deserialize, Serialize};
 
@@ -103,7 +103,8 @@ impl MoveEnet {
             let maps = self.forward_ops(Blocked::from_planes(images)).into_array();
             return BodyMaps::from_array(maps.map(Blocked::into_planes));
         }
-        self.forward_ops(images)
+        let maps = self.forward_ops(images).into_array();
+        BodyMaps::from_array(maps.map(|map| map.cast(DType::F32)))
     }
 
     /// The graph of the network, for engines that compile it. Outputs are in the order of
@@ -112,7 +113,7 @@ impl MoveEnet {
         Graph::trace(self, IMAGE_CHANNELS, |images| self.forward_ops(images).into_array().into())
     }
 
-    fn forward_ops<F: NetOps>(&self, images: F) -> BodyMaps<F> {
+    pub(crate) fn forward_ops<F: NetOps>(&self, images: F) -> BodyMaps<F> {
         let [factor, offset] = SCALING;
         self.header.forward(self.backbone.forward(images.affine(factor, offset)))
     }

@@ -8,6 +8,7 @@
 //! * [`backend`]: the operations on them, as Burn's extension mechanism takes them.
 //! * [`gradients`]: their gradients.
 //! * [`layer`], [`unary`]: convolutions and operations of one input, by kind.
+//! * [`mixed`]: convolutions in 16 bits.
 //! * [`seven`]: the first layer of ResNets on Burn's own arithmetic.
 //! * [`upsample`]: upsampling that trains on GPUs.
 //! * `gpu`: layers and steps of the optimiser on GPUs.
@@ -18,6 +19,7 @@ mod blocked;
 mod gpu;
 mod gradients;
 mod layer;
+mod mixed;
 mod seven;
 mod unary;
 mod upsample;
@@ -53,7 +55,7 @@ pub(crate) fn is_ours(input: &Tensor<4>) -> bool {
         && input.dtype() == DType::F32
 }
 
-/// `layer.forward(input)`, on the CPU by Burn.
+/// `layer.forward(input)` in the number format of `input`, on the CPU by Burn.
 ///
 /// # Shapes
 /// - input: `[batch, channels_in, height, width]`
@@ -63,14 +65,22 @@ pub(crate) fn conv2d(layer: &Conv2d, input: Tensor<4>) -> Tensor<4> {
     if gpu::suits(layer, &input) {
         return gpu::forward(layer, input);
     }
+    if input.dtype() != DType::F32 {
+        return mixed::conv2d(layer, input);
+    }
     if seven::suits(layer) { seven::stride_two_seven(layer, input) } else { layer.forward(input) }
 }
 
-/// `activation(layer.forward(input))`, on the CPU by Burn.
+/// `activation(layer.forward(input))`, on the CPU by Burn, and in 32 bits whatever the format of `input`, which is
+/// also that of the output.
 ///
 /// # Shapes
 /// - input, output: `[batch, channels, height, width]`
 pub(crate) fn batch_norm(layer: &BatchNorm, input: Tensor<4>, activation: Activation) -> Tensor<4> {
+    let format = input.dtype();
+    if format != DType::F32 {
+        return batch_norm(layer, input.cast(DType::F32), activation).cast(format);
+    }
     #[cfg(feature = "gpu-kernels")]
     if gpu::normalizes(layer, &input) {
         return gpu::normalized(layer, input, activation);

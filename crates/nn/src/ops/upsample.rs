@@ -27,8 +27,9 @@ pub(crate) fn upsample(input: Tensor<4>) -> Tensor<4> {
 /// The same as products with the weights of rows and of columns.
 fn upsample_by_products(input: Tensor<4>) -> Tensor<4> {
     let ([_, _, height, width], device) = (input.dims(), input.device());
-    let columns = weights(width, &device).swap_dims(2, 3);
-    weights(height, &device).matmul(input).matmul(columns)
+    let format = input.dtype();
+    let [rows, columns] = [height, width].map(|length| weights(length, &device).cast(format));
+    rows.matmul(input).matmul(columns.swap_dims(2, 3))
 }
 
 /// Weights of `length` values in twice as many, `[1, 1, 2 length, length]`: three quarters of the

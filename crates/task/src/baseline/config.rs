@@ -177,7 +177,10 @@ impl Experiment for BaselineConfig {
     fn validate_training(&self) -> Result<(), TaskError> {
         self.training.validate()?;
         let is_plain = !self.training.calibrate_confidence;
-        require(&[(is_plain, "training.calibrate_confidence", "is for networks of MoveEnet")])
+        require(&[
+            (is_plain, "training.calibrate_confidence", "is for networks of MoveEnet"),
+            (self.training.precision.is_default(), "training.precision", "must be \"f32\""),
+        ])
     }
 }
 

@@ -16,7 +16,7 @@ use super::augmentation::BodyAugmentation;
 use super::detection::BodyDetectionConfig;
 use super::resample::Interpolation;
 use crate::experiment::require;
-use crate::schedule::{EarlyStop, Schedule};
+use crate::schedule::{EarlyStop, Schedule, TrainingPrecision};
 use crate::{Experiment, NetworkInput, TaskError};
 
 /// Minimum score of a joint in the published online program.
@@ -221,6 +221,9 @@ pub struct BodyTrainingConfig {
     pub schedule: Schedule,
     /// Weight decay, added to gradients (L2).
     pub weight_decay: f32,
+    /// Number format of the convolutions.
+    #[serde(skip_serializing_if = "TrainingPrecision::is_default")]
+    pub precision: TrainingPrecision,
     /// Optimiser steps of the whole run.
     pub steps: u64,
     /// Optimiser steps between validations, each of which writes a checkpoint.
@@ -323,6 +326,7 @@ impl Default for BodyTrainingConfig {
             batch_size: 64,
             learning_rate: 1e-3,
             schedule: Schedule::default(),
+            precision: TrainingPrecision::default(),
             weight_decay: 1e-3,
             steps: 30_000,
             steps_per_validation: 500,

@@ -18,7 +18,7 @@ use super::detection::HandDetectionConfig;
 use super::slow_motion::SlowMotionConfig;
 use super::two_pass::TwoPassConfig;
 use crate::experiment::require;
-use crate::schedule::Schedule;
+use crate::schedule::{Schedule, TrainingPrecision};
 use crate::{Experiment, NetworkInput, TaskError};
 
 /// The filter of joints: of one noise for all. With noises by score, joints of one hand lag by different times, and hands
@@ -126,6 +126,9 @@ pub struct TrainingConfig {
     pub learning_rate: f64,
     /// Schedule of the learning rate; constant as published.
     pub schedule: Schedule,
+    /// Number format of the convolutions.
+    #[serde(skip_serializing_if = "TrainingPrecision::is_default")]
+    pub precision: TrainingPrecision,
     /// Optimiser steps of the whole run.
     pub steps: u64,
     /// Optimiser steps between validations, each of which writes a checkpoint.
@@ -198,6 +201,7 @@ impl Default for TrainingConfig {
             strategy: DeviceStrategy::default(),
             learning_rate: 1e-3,
             schedule: Schedule::constant(),
+            precision: TrainingPrecision::default(),
             // Not published; one pass over the 159 million published training windows.
             steps: 2_484_375,
             steps_per_validation: 15_000,

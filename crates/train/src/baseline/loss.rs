@@ -25,6 +25,10 @@ pub(super) struct BaselineLoss {
 impl TrainingLoss<BaselineNetwork> for BaselineLoss {
     type Batch = BaselineItem;
 
+    fn inputs(batch: &mut BaselineItem) -> &mut Tensor<4> {
+        &mut batch.images
+    }
+
     fn measure(&self, network: &BaselineNetwork, item: BaselineItem) -> (Tensor<1>, BatchValues) {
         // The size of the images, since joints are compared in pixels.
         let [samples, _, height, width] = item.images.dims();

@@ -24,6 +24,10 @@ pub const BODY_VALUES: [LoggedValue; 7] = [
 impl TrainingLoss<MoveEnet> for BodyLoss {
     type Batch = BodyItem;
 
+    fn inputs(batch: &mut BodyItem) -> &mut Tensor<4> {
+        &mut batch.images
+    }
+
     fn measure(&self, network: &MoveEnet, item: BodyItem) -> (Tensor<1>, BatchValues) {
         let maps = network.forward(item.images);
         let accuracy = accuracy(&maps, &item.labels);

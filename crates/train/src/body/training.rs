@@ -9,7 +9,7 @@ use evpose_core::seed_for;
 use evpose_nn::{Adam, BodyLoss, MoveEnet};
 use evpose_pose::body::BodyPoints;
 use evpose_task::body::{BodyCheckpoint, BodyConfig};
-use evpose_task::schedule::EarlyStop;
+use evpose_task::schedule::{EarlyStop, TrainingPrecision};
 
 use super::confidence::calibrate_confidence;
 use super::filter_noise::calibrate_filter;
@@ -117,6 +117,10 @@ impl TrainingTask for BodyTask<'_> {
 
     fn loss(&self) -> BodyLoss {
         BodyLoss::new(self.config.loss, self.config.network.joints)
+    }
+
+    fn precision(&self) -> TrainingPrecision {
+        self.config.training.precision
     }
 
     fn optimizer(&self) -> Adam {

@@ -28,6 +28,10 @@ pub const HAND_VALUES: [LoggedValue; 4] = [
 impl TrainingLoss<HandRegressor> for HandLoss {
     type Batch = HandBatch;
 
+    fn inputs(batch: &mut HandBatch) -> &mut Tensor<4> {
+        &mut batch.inputs
+    }
+
     fn measure(&self, network: &HandRegressor, batch: HandBatch) -> (Tensor<1>, BatchValues) {
         let [samples, ..] = batch.inputs.dims();
         let parts = self.forward(network.forward(batch.inputs), batch.poses);

@@ -10,6 +10,7 @@ use evpose_nn::{HandHead, HandLoss, HandNetwork, HandRegressor};
 use evpose_pose::HandParams;
 use evpose_pose::metric::MeanPose;
 use evpose_task::hand::{HandCheckpoint, HandConfig, HandView};
+use evpose_task::schedule::TrainingPrecision;
 
 use crate::TrainError;
 use crate::devices::DeviceGroup;
@@ -147,6 +148,10 @@ impl TrainingTask for HandTask<'_> {
 
     fn loss(&self) -> HandLoss {
         HandLoss::new(self.config.loss)
+    }
+
+    fn precision(&self) -> TrainingPrecision {
+        self.config.training.precision
     }
 
     fn learning_rate(&self) -> ModuleLrScheduler {

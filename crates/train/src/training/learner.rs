@@ -5,7 +5,9 @@ use std::fmt::Debug;
 use burn::module::{Module, ModuleDisplay};
 use burn::tensor::Tensor;
 use burn_train::{InferenceStep, TrainOutput, TrainStep};
+use evpose_task::schedule::TrainingPrecision;
 
+use super::mixed;
 use crate::guard::Guard;
 use crate::metric::BatchValues;
 
@@ -23,6 +25,9 @@ pub trait TrainingLoss<N>: Debug + Clone + Send + Sync + 'static {
     /// Inputs and targets of an optimiser step, on the device.
     type Batch: Send + 'static;
 
+    /// The inputs of the network.
+    fn inputs(batch: &mut Self::Batch) -> &mut Tensor<4>;
+
     /// The objective, a single value that is minimised, and the values that are logged, the loss first.
     fn measure(&self, network: &N, batch: Self::Batch) -> (Tensor<1>, BatchValues);
 }
@@ -34,13 +39,15 @@ pub(crate) struct Learner<N: Module + ModuleDisplay, L> {
     #[module(skip)]
     loss: L,
     #[module(skip)]
+    precision: TrainingPrecision,
+    #[module(skip)]
     guard: Guard,
 }
 
 impl<N: Module + ModuleDisplay, L> Learner<N, L> {
     /// `network` with its loss; `guard` checks every loss.
-    pub(crate) fn new(network: N, loss: L, guard: Guard) -> Self {
-        Self { network, loss, guard }
+    pub(crate) fn new(network: N, loss: L, precision: TrainingPrecision, guard: Guard) -> Self {
+        Self { network, loss, precision, guard }
     }
 }
 
@@ -48,10 +55,12 @@ impl<N: Module + ModuleDisplay, L: TrainingLoss<N>> TrainStep for Learner<N, L> 
     type Input = StepBatch<L::Batch>;
     type Output = BatchValues;
 
-    fn step(&self, StepBatch { batch, step }: Self::Input) -> TrainOutput<BatchValues> {
+    fn step(&self, StepBatch { mut batch, step }: Self::Input) -> TrainOutput<BatchValues> {
+        let inputs = L::inputs(&mut batch);
+        *inputs = mixed::rounded(self.precision, inputs.clone());
         let (objective, measured) = self.loss.measure(&self.network, batch);
         self.guard.check(measured.loss(), step);
-        TrainOutput::new(self, objective.backward(), measured)
+        TrainOutput { grads: mixed::gradients(self.precision, objective, self), item: measured }
     }
 }
 

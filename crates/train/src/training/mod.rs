@@ -11,6 +11,7 @@
 mod directory;
 mod learner;
 mod lock;
+mod mixed;
 mod planes;
 mod task;
 
@@ -201,9 +202,11 @@ impl<'a> Run<'a> {
         let history = History::resume(&self.directory.history(), self.resumed)?;
         self.directory.leave_out_lost_networks(&history)?;
         let guard = Guard::new(self.interrupter.clone());
+        let precision = task.precision();
+        mixed::check(precision, devices.main())?;
         let network = task.initial_network(&devices.main().clone().autodiff())?;
         let learner = burn_train::Learner::new(
-            Learner::new(network, task.loss(), guard.clone()),
+            Learner::new(network, task.loss(), precision, guard.clone()),
             task.optimizer().into(),
             task.learning_rate(),
         );
@@ -365,7 +368,7 @@ impl<'a> Run<'a> {
     ) -> Result<T::Network, TrainError> {
         // Nothing is trained with this guard, and it must not stop the training that asks.
         let guard = Guard::new(Interrupter::new());
-        let learner = Learner::new(task.untrained(device)?, task.loss(), guard);
+        let learner = Learner::new(task.untrained(device)?, task.loss(), task.precision(), guard);
         let path = weights_path(&self.directory.checkpoints(), interval);
         let record = ModuleRecord::from_bytes(read_checked(&path)?)
             .map_err(|error| TrainError::Stopped(format!("{}: {error}", path.display())))?;

@@ -84,6 +84,10 @@ pub struct MeanSquareError {
 impl<N: PlaneNetwork> TrainingLoss<N> for MeanSquareError {
     type Batch = PlaneBatch;
 
+    fn inputs(batch: &mut PlaneBatch) -> &mut Tensor<4> {
+        &mut batch.planes
+    }
+
     fn measure(&self, network: &N, batch: PlaneBatch) -> (Tensor<1>, BatchValues) {
         let [samples, _] = batch.vectors.dims();
         let loss = (network.forward(batch.planes) - batch.vectors).powi_scalar(2).mean();

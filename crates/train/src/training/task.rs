@@ -6,7 +6,7 @@ use burn::module::{Module, ModuleDisplay};
 use burn::optim::lr_scheduler::module_lr_scheduler::ModuleLrScheduler;
 use burn::tensor::Device;
 use evpose_nn::Adam;
-use evpose_task::schedule::EarlyStop;
+use evpose_task::schedule::{EarlyStop, TrainingPrecision};
 
 use super::learner::TrainingLoss;
 use crate::TrainError;
@@ -44,6 +44,11 @@ pub trait TrainingTask {
 
     /// Loss that the run minimises.
     fn loss(&self) -> Self::Loss;
+
+    /// The number format of the convolutions.
+    fn precision(&self) -> TrainingPrecision {
+        TrainingPrecision::default()
+    }
 
     /// The optimiser.
     fn optimizer(&self) -> Adam {

@@ -6,7 +6,7 @@
 
 use burn::backend::cubecl::dtype_to_storage_type;
 use burn::backend::ops::ConvOptions;
-use burn::tensor::Shape;
+use burn::tensor::{DType, Shape};
 use burn_cubecl::CubeDevice;
 use burn_cubecl::kernel::matmul::{MatmulStrategy, init_matmul_output, matmul};
 use burn_cubecl::kernel::reduce::reduce_dim;
@@ -32,7 +32,7 @@ const MAX_PIECES: usize = 64;
 pub(super) enum Product {
     /// By Burn's choice: on matrix units in a shorter format (TF32) where the GPU has them for f32.
     Burns,
-    /// In f32 throughout.
+    /// In f32 throughout, of inputs in f32.
     F32,
 }
 
@@ -253,8 +253,9 @@ impl Product {
     fn of(self, a: CubeTensor, b: CubeTensor) -> CubeTensor {
         let dtype = a.dtype;
         // Burn chooses plain f32 where there are no matrix units for it, as on wgpu, and is the faster there
-        // (`benches/machines/xeon-2-vulkan.json`).
-        if self == Self::Burns || !matches!(a.device, CubeDevice::Cuda(_)) {
+        // (`benches/machines/xeon-2-vulkan.json`). In 16 bits matrix units are what is wanted.
+        let rounds = matches!(a.device, CubeDevice::Cuda(_)) && dtype == DType::F32;
+        if self == Self::Burns || !rounds {
             return matmul(a, b, None, MatmulStrategy::default(), dtype)
                 .unwrap_or_else(|error| panic!("a matrix product: {error:?}"));
         }

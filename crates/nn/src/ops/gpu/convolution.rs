@@ -17,6 +17,7 @@ use burn_cubecl::tensor::CubeTensor;
 
 use super::columns::Geometry;
 use super::{Way, depthwise, is_gpu};
+use crate::ops::mixed::options;
 
 /// Whether a convolution is computed here.
 pub(crate) fn suits(layer: &Conv2d, input: &Tensor<4>) -> bool {
@@ -24,12 +25,12 @@ pub(crate) fn suits(layer: &Conv2d, input: &Tensor<4>) -> bool {
     let is_depthwise = of_group == 1 && layer.groups == channels_out;
     (layer.groups == 1 || is_depthwise && matches!(Way::chosen(), Way::Columns(_)))
         && matches!(layer.padding, PaddingConfig2d::Explicit(..) | PaddingConfig2d::Valid)
-        && input.dtype() == DType::F32
+        && matches!(input.dtype(), DType::F32 | DType::F16 | DType::BF16)
         && Way::chosen() != Way::Burn
         && is_gpu(&input.device())
 }
 
-/// `layer.forward(input)` of a convolution that [`suits`].
+/// `layer.forward(input)` of a convolution that [`suits`], in the number format of `input`.
 ///
 /// # Shapes
 /// - input: `[batch, channels_in, height, width]`
@@ -39,17 +40,13 @@ pub(crate) fn forward(layer: &Conv2d, input: Tensor<4>) -> Tensor<4> {
 }
 
 fn forward_by(way: Way, layer: &Conv2d, input: Tensor<4>) -> Tensor<4> {
-    let padding = match layer.padding {
-        PaddingConfig2d::Explicit(top, left, bottom, right) => [(top, bottom), (left, right)],
-        _ => [(0, 0); 2],
-    };
-    let options =
-        ConvOptions::new_with_padding(layer.stride, padding, layer.dilation, layer.groups);
-    let (input, weight) = (input.into_dispatch(), layer.weight.val().into_dispatch());
+    let (format, options) = (input.dtype(), options(layer));
+    let weight = layer.weight.val().cast(format).into_dispatch();
+    let input = input.into_dispatch();
     let output = Tensor::<4>::from_dispatch(Dispatch::gpu_conv(input, weight, options, way));
     // Burn adds the bias: it has the gradient of the sum already.
     match &layer.bias {
-        Some(bias) => output + bias.val().reshape([1, -1, 1, 1]),
+        Some(bias) => output + bias.val().cast(format).reshape([1, -1, 1, 1]),
         None => output,
     }
 }

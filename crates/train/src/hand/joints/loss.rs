@@ -29,6 +29,10 @@ pub const JOINT_VALUES: [LoggedValue; 5] = [
 impl TrainingLoss<JointNet> for JointLoss {
     type Batch = JointBatch;
 
+    fn inputs(batch: &mut JointBatch) -> &mut Tensor<4> {
+        &mut batch.inputs
+    }
+
     fn measure(&self, network: &JointNet, batch: JointBatch) -> (Tensor<1>, BatchValues) {
         let [samples, ..] = batch.inputs.dims();
         let parts = self.forward(network.forward(batch.inputs), &batch.joints);

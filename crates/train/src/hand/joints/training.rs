@@ -7,6 +7,7 @@ use burn::tensor::Device;
 use evpose_core::seed_for;
 use evpose_nn::{HandNetwork, JointLoss, JointNet, JointNetConfig};
 use evpose_task::hand::HandCheckpoint;
+use evpose_task::schedule::TrainingPrecision;
 
 use super::loss::JOINT_VALUES;
 use crate::TrainError;
@@ -50,6 +51,10 @@ impl TrainingTask for JointTask<'_> {
 
     fn loss(&self) -> JointLoss {
         JointLoss::new(self.0.config.joint_loss)
+    }
+
+    fn precision(&self) -> TrainingPrecision {
+        self.0.config.training.precision
     }
 
     fn learning_rate(&self) -> ModuleLrScheduler {
