@@ -3,10 +3,10 @@
 //! The image of a finger lies where the finger is. A regressor has to carry it from there into
 //! one vector; here it stays in its cell.
 
-use burn::module::Module;
+use burn::module::{Module, Param};
 use burn::nn::Linear;
 use burn::nn::pool::{AdaptiveAvgPool2d, AdaptiveAvgPool2dConfig};
-use burn::tensor::{DType, Device, Tensor};
+use burn::tensor::{DType, Device, Tensor, TensorData};
 use evpose_pose::EVALUATION_JOINTS;
 use serde::{Deserialize, Serialize};
 
@@ -159,6 +159,32 @@ impl JointNet {
         let features = self.pyramid.forward(events);
         let presence = features.clone().avg_pool(&self.pool).linear(&self.presence);
         (self.heatmaps.forward(features.clone()), self.depths.forward(features), presence)
+    }
+
+    /// What the presence is a linear function of: the means of all features over the cells.
+    ///
+    /// # Shapes
+    /// - events: as of [`Self::forward`]
+    /// - output: `[batch, features]`
+    pub fn presence_features(&self, events: Tensor<4>) -> Tensor<2> {
+        self.pyramid.forward(events).avg_pool(&self.pool)
+    }
+
+    /// The network with this linear function for its presence: a weight for each feature, and the constant.
+    ///
+    /// # Panics
+    /// If there are not as many weights as features.
+    #[must_use]
+    pub fn with_presence(mut self, weights: Vec<f32>, constant: f32) -> Self {
+        let device = self.presence.weight.device();
+        let weights =
+            Tensor::from_data(TensorData::new(weights, [channels(self.config.width), 1]), &device);
+        self.presence.weight = Param::initialized(self.presence.weight.id, weights);
+        self.presence.bias = self
+            .presence
+            .bias
+            .map(|bias| Param::initialized(bias.id, Tensor::from_data([constant], &device)));
+        self
     }
 
     /// The configuration that it was built from.

@@ -137,6 +137,10 @@ pub struct TrainingConfig {
     pub validation_s: f64,
     /// Maximum number of windows of a validation.
     pub validation_samples: u64,
+    /// Images that the presence of a network of joints is fitted to when its training is over; 0 leaves it as it was
+    /// trained.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub presence_samples: u64,
     /// Whether the noise of the filters is estimated from the validation residuals of the best
     /// network, instead of taken from the config.
     pub estimate_filter: bool,
@@ -155,6 +159,10 @@ pub struct EvaluationConfig {
     pub first_ms: u32,
     /// Bootstrap of the confidence intervals.
     pub bootstrap: BootstrapConfig,
+}
+
+fn is_zero(count: &u64) -> bool {
+    *count == 0
 }
 
 impl Default for HandConfig {
@@ -207,6 +215,7 @@ impl Default for TrainingConfig {
             steps_per_validation: 15_000,
             validation_s: 250.0,
             validation_samples: 20_000,
+            presence_samples: 0,
             estimate_filter: false,
         }
     }

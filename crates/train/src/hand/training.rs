@@ -119,8 +119,8 @@ pub(super) struct HandTask<'a> {
     pub(super) config: &'a HandConfig,
     mean_pose: HandParams,
     /// Sequences that filters are estimated on.
-    unseen: &'a HandDataset,
-    device: &'a Device,
+    pub(super) unseen: &'a HandDataset,
+    pub(super) device: &'a Device,
 }
 
 impl HandTask<'_> {

@@ -103,7 +103,7 @@ mod tests {
             fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
                 let gradient = self.0.get::<D>(param.id);
                 self.1.extend(
-                    gradient.into_iter().flat_map(|g| g.into_data().to_vec::<f32>().unwrap()),
+                    gradient.into_iter().flat_map(|g| g.into_data().try_to_vec::<f32>().unwrap()),
                 );
             }
         }

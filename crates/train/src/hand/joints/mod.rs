@@ -8,6 +8,7 @@ mod batches;
 mod label;
 mod loss;
 mod no_hand;
+mod presence;
 mod training;
 
 pub(crate) use batches::JointBatches;

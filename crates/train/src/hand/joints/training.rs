@@ -10,6 +10,7 @@ use evpose_task::hand::HandCheckpoint;
 use evpose_task::schedule::TrainingPrecision;
 
 use super::loss::JOINT_VALUES;
+use super::presence::with_fitted_presence;
 use crate::TrainError;
 use crate::hand::training::HandTask;
 use crate::metric::LoggedValue;
@@ -66,6 +67,12 @@ impl TrainingTask for JointTask<'_> {
     }
 
     fn finish(&self, best: &mut HandCheckpoint) -> Result<(), TrainError> {
+        let HandTask { config, unseen, device, .. } = self.0;
+        let draws = (config.training.presence_samples, config.seed);
+        if let HandNetwork::Joints(network) = &best.network {
+            let network = with_fitted_presence(network.clone(), unseen, draws, device)?;
+            best.network = HandNetwork::Joints(network);
+        }
         self.0.finish(best)
     }
 
