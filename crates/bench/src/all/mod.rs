@@ -15,6 +15,7 @@ use evpose_cli::progress::say;
 use evpose_cli::provenance::Provenance;
 use evpose_infer::Precision;
 use evpose_nn::{DeviceKind, MOVE_ENET};
+use evpose_task::schedule::TrainingPrecision;
 
 pub(crate) use figure::{Figure, PeerFigure, threads};
 
@@ -218,6 +219,7 @@ fn training(effort: &Effort, network: Option<&str>) -> BenchTrainArgs {
         steps: effort.train_steps,
         batch: 16,
         burn: false,
+        precision: TrainingPrecision::F32,
         json: None,
         device: DeviceArgs { device: DeviceKind::Flex, threads: None },
     }

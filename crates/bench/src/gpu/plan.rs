@@ -80,6 +80,7 @@ impl Plan<'_> {
             steps.push(self.training_step(device, OURS, 60.0));
             steps.push(self.inference(device, OURS, 75.0));
             steps.push(self.profile(device));
+            steps.push(self.layers(device));
             steps.push(self.inference(device, OTHERS[0], 30.0));
             steps.push(self.training_step(device, OTHERS[0], 30.0));
         }
@@ -133,12 +134,16 @@ impl Plan<'_> {
     fn training_step(&self, device: &str, way: &'static str, limit_s: f64) -> Step {
         let (config, steps) = (self.config(), if self.small { 1 } else { 15 });
         let batches: &[usize] = if self.small { &[4] } else { &[16, 64] };
-        let lines = self.of_networks(batches, |network, batch| {
-            format!(
-                "train --config {config} {network}--device {device} --batch {batch} --steps {steps}"
-            )
+        // What a device has no numbers for ends a series: 16 bits come last.
+        let lines = ["f32", "f16"].map(|precision| {
+            self.of_networks(batches, |network, batch| {
+                format!(
+                    "train --config {config} {network}--device {device} --batch {batch} --steps {steps} \
+                     --precision {precision}"
+                )
+            })
         });
-        Step::series(TRAINING_STEP, device, way, limit_s, &lines)
+        Step::series(TRAINING_STEP, device, way, limit_s, &lines.concat())
     }
 
     /// Counts of threads of this machine: 1, 2, 4, … and all.
@@ -199,6 +204,14 @@ impl Plan<'_> {
         counts.iter().enumerate().map(of).collect()
     }
 
+    /// Times of all layers of an inference.
+    fn layers(&self, device: &str) -> Step {
+        let config = self.config();
+        let line =
+            format!("infer --config {config} --device {device} --batch 16 --runs 5 --layers");
+        Step { lines: 120, ..Step::series("layers", device, OURS, 30.0, &[line]) }
+    }
+
     /// Times of all kernels of an inference, by CubeCL's own profiling.
     fn profile(&self, device: &str) -> Step {
         let config = self.config();
@@ -241,8 +254,11 @@ fn measured(step: &Finished, result: &Value) -> Vec<(String, String, f64)> {
         let name = format!("training step of {batch}, {}", network.as_str().unwrap_or_default());
         let threads = &result["machine"]["threads"];
         // The CPU is measured with several numbers of threads, each in a column of its own.
-        let field =
-            if step.device == "flex" { format!("{by}_{threads}_ms") } else { format!("{by}_ms") };
+        let field = match (step.device.as_str(), result["precision"].as_str()) {
+            ("flex", _) => format!("{by}_{threads}_ms"),
+            (_, Some(precision)) if precision != "f32" => format!("{by}_{precision}_ms"),
+            _ => format!("{by}_ms"),
+        };
         return result["step"]["median_ms"]
             .as_f64()
             .map(|ms| (name, field, ms))

@@ -6,12 +6,14 @@ use std::time::Instant;
 
 use anyhow::{Context as _, Result};
 use burn::module::Module as BurnModule;
-use burn::optim::{GradientsParams, ModuleOptimizer};
+use burn::optim::ModuleOptimizer;
 use burn::tensor::{Device, Tensor, TensorData};
 use evpose_nn::{
     Adam, DeviceKind, HandLoss, MOVE_ENET, Network, adapter_name, set_training_kernels,
 };
 use evpose_task::hand::HandConfig;
+use evpose_task::schedule::TrainingPrecision;
+use evpose_train::training::mixed;
 use evpose_train::untrained;
 use serde::Serialize;
 
@@ -31,7 +33,8 @@ use usage::{peak_resident_mib, processor_s};
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  evpose bench train\n  \
     evpose bench train --threads 1 --burn\n  \
-    evpose bench train --config quick --steps 50 --json train.json\n\n\
+    evpose bench train --config quick --steps 50 --json train.json\n  \
+    evpose bench train --device cuda --precision bf16\n\n\
     Windows and poses are random. A step is the forward pass with the loss, the backward pass and Adam.")]
 pub struct BenchTrainArgs {
     /// A TOML file, or an embedded config: its network and image size are measured
@@ -49,11 +52,23 @@ pub struct BenchTrainArgs {
     /// Time Burn's arithmetic instead of our kernels
     #[arg(long)]
     pub(crate) burn: bool,
+    /// Number format of convolutions: f32, bf16 or f16
+    #[arg(long, default_value = "f32", value_parser = precision)]
+    pub(crate) precision: TrainingPrecision,
     /// Where to write the results as JSON
     #[arg(long)]
     pub(crate) json: Option<OutputFile>,
     #[command(flatten)]
     pub(crate) device: DeviceArgs,
+}
+
+fn precision(text: &str) -> Result<TrainingPrecision, String> {
+    match text {
+        "f32" => Ok(TrainingPrecision::F32),
+        "bf16" => Ok(TrainingPrecision::Bf16),
+        "f16" => Ok(TrainingPrecision::F16),
+        _ => Err("is f32, bf16 or f16".to_owned()),
+    }
 }
 
 /// Steps before those that are measured: memory is asked for, the optimiser gets its moments.
@@ -73,6 +88,7 @@ struct Report {
     provenance: Provenance,
     /// Implementation: our kernels or Burn.
     by: &'static str,
+    precision: TrainingPrecision,
     steps: usize,
     step: Times,
     forward: Times,
@@ -127,6 +143,7 @@ pub(crate) fn figure(args: &BenchTrainArgs) -> Result<Figure> {
 fn measure(args: &BenchTrainArgs) -> Result<Report> {
     let mut config: HandConfig = configs::load(&args.config, &[])?;
     let target = args.device.open()?.autodiff();
+    mixed::check(args.precision, &target)?;
     set_training_kernels(!args.burn);
     if let Some(name) = &args.network {
         name.clone_into(&mut config.network.backbone);
@@ -155,7 +172,8 @@ fn of_hand(args: &BenchTrainArgs, config: &HandConfig, device: &Device) -> Resul
     let network = untrained(config, device)?.into_regressor();
     let network = network.context("a step is measured of a regressor: network.head must be it")?;
     Ok(measured(args, config, input, network, |network| {
-        loss.forward(network.forward(windows.clone()), poses.clone()).objective
+        let windows = mixed::rounded(args.precision, windows.clone());
+        loss.forward(network.forward(windows), poses.clone()).objective
     }))
 }
 
@@ -170,7 +188,8 @@ fn of_body(args: &BenchTrainArgs, config: &HandConfig, device: &Device) -> Resul
     // Only a forward pass shows the sizes of the maps, which their targets share.
     let targets = network.forward(windows.clone()).into_array().map(target);
     Ok(measured(args, config, input, *network, |network| {
-        let maps = network.forward(windows.clone()).into_array().into_iter();
+        let windows = mixed::rounded(args.precision, windows.clone());
+        let maps = network.forward(windows).into_array().into_iter();
         let by_map = maps.zip(&targets).map(|(map, target)| (map - target.clone()).square().mean());
         by_map.reduce(|sum, map| sum + map).unwrap_or_else(|| unreachable!("four"))
     }))
@@ -189,7 +208,8 @@ fn measured<M: BurnModule>(
     objective: impl Fn(&M) -> Tensor<1>,
 ) -> Report {
     let provenance = Provenance::this();
-    let mut stepper = Stepper { adam: Adam::new(0.0).into(), loss_was: 0.0 };
+    let precision = args.precision;
+    let mut stepper = Stepper { adam: Adam::new(0.0).into(), precision, loss_was: 0.0 };
     let parameters = network.num_params();
     let steps = args.steps.max(1);
     let mut phases: [Vec<f64>; 4] = Default::default();
@@ -210,7 +230,8 @@ fn measured<M: BurnModule>(
     let mut sorted = step.clone();
     sorted.sort_by(f64::total_cmp);
     // Our kernels are for the CPU alone.
-    let ours = !args.burn && args.device.device == DeviceKind::Flex;
+    let ours =
+        !args.burn && args.device.device == DeviceKind::Flex && precision == TrainingPrecision::F32;
     let [step, forward, backward, update] =
         [step, forward, backward, update].map(Times::from_samples);
     Report {
@@ -222,6 +243,7 @@ fn measured<M: BurnModule>(
         adapter: None,
         provenance,
         by: if ours { "our kernels" } else { "Burn" },
+        precision,
         steps,
         // The median step: interruptions by the system do not count.
         windows_per_second: args.batch as f64 * 1e3 / step.median_ms,
@@ -268,6 +290,7 @@ fn print(report: &Report) {
 /// State of a training.
 struct Stepper {
     adam: ModuleOptimizer,
+    precision: TrainingPrecision,
     loss_was: f32,
 }
 
@@ -285,7 +308,7 @@ impl Stepper {
         // Reading a value makes a device that works in the background finish.
         self.loss_was = objective.clone().into_scalar::<f32>();
         let forward = started.elapsed();
-        let gradients = GradientsParams::from_grads(objective.backward(), &network);
+        let gradients = mixed::gradients(self.precision, objective, &network);
         let backward = started.elapsed();
         let network = self.adam.step(learning_rate, network, gradients);
         let all = started.elapsed();

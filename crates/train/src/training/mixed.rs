@@ -26,7 +26,7 @@ fn format(precision: TrainingPrecision) -> FloatDType {
 ///
 /// # Errors
 /// If it cannot.
-pub(crate) fn check(precision: TrainingPrecision, device: &Device) -> Result<(), TrainError> {
+pub fn check(precision: TrainingPrecision, device: &Device) -> Result<(), TrainError> {
     if device.supports_dtype(format(precision)) {
         return Ok(());
     }
@@ -38,12 +38,12 @@ pub(crate) fn check(precision: TrainingPrecision, device: &Device) -> Result<(),
 }
 
 /// Inputs of a network in the format of a training.
-pub(crate) fn rounded(precision: TrainingPrecision, inputs: Tensor<4>) -> Tensor<4> {
+pub fn rounded(precision: TrainingPrecision, inputs: Tensor<4>) -> Tensor<4> {
     inputs.cast(format(precision))
 }
 
 /// The gradients of `objective`. Where one of them is too large for `f16`, all are zero: the step is left out.
-pub(crate) fn gradients(
+pub fn gradients(
     precision: TrainingPrecision,
     objective: Tensor<1>,
     network: &impl Module,

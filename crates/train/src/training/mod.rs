@@ -5,13 +5,14 @@
 //! * [`PlaneNetwork`], [`PlaneSamples`], [`MeanSquareError`]: both, of networks from planes to values.
 //! * [`train`]: the run. It shuffles, optimises, validates, logs and writes checkpoints; a run that was
 //!   interrupted goes on with `resume` and ends with the same bytes.
+//! * [`mixed`]: number formats of convolutions.
 //!
 //! `examples/task` trains a network of its own with them.
 
 mod directory;
 mod learner;
 mod lock;
-mod mixed;
+pub mod mixed;
 mod planes;
 mod task;
 
