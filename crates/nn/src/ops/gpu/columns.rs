@@ -80,6 +80,11 @@ impl Geometry {
         [batch, rows, columns, self.channels_out]
     }
 
+    /// Strides, paddings and dilations.
+    pub(super) fn options(&self) -> ConvOptions<2> {
+        self.options.clone()
+    }
+
     /// Rows and columns of the kernel.
     pub(super) fn kernel(&self) -> [usize; 2] {
         self.kernel

@@ -19,6 +19,10 @@ use super::columns::Geometry;
 use super::{Way, depthwise, is_gpu};
 use crate::ops::mixed::options;
 
+/// Output channels below which Burn's direct convolution is the faster: a product has tiles for more, most of which
+/// would be empty (`benches/machines/xeon-2-vulkan-layers.json`, `conv1`).
+const MIN_CHANNELS: usize = 8;
+
 /// Whether a convolution is computed here.
 pub(crate) fn suits(layer: &Conv2d, input: &Tensor<4>) -> bool {
     let [channels_out, of_group, ..] = layer.weight.dims();
@@ -103,11 +107,23 @@ fn convolution(
             if groups > 1 {
                 return depthwise::forward(&geometry, input, weight);
             }
+            if geometry.output_shape()[3] < MIN_CHANNELS {
+                return directly(input, weight, geometry.options(), Way::Burn);
+            }
             geometry.forward(input, weight, product)
         }
-        way => conv_forward(input, weight, None, options, way.strategy())
-            .unwrap_or_else(|error| panic!("a convolution: {error:?}")),
+        way => directly(input, weight, options, way),
     }
+}
+
+fn directly(
+    input: CubeTensor,
+    weight: CubeTensor,
+    options: ConvOptions<2>,
+    way: Way,
+) -> CubeTensor {
+    conv_forward(input, weight, None, options, way.strategy())
+        .unwrap_or_else(|error| panic!("a convolution: {error:?}"))
 }
 
 impl Way {
