@@ -1,13 +1,13 @@
 //! When a pose of a hand is reported.
 
-use evpose_core::SensorSize;
+use evpose_core::{Micros, SensorSize};
 use serde::{Deserialize, Serialize};
 
 /// The conditions for poses.
 ///
 /// # Model
-/// A network of joints says of every window how likely a hand is in it, and windows below `min_presence` have no
-/// pose. A regressor does not: it regresses a pose for every window, an empty one included: that
+/// A network of joints says of every window how likely a hand is in it. Smoothed over a tenth of a second, this must
+/// come to `min_presence` before there is a pose, and poses end where it falls below an eighth of that. A regressor does not: it regresses a pose for every window, an empty one included: that
 /// is the mean pose of its training, with or without a hand. So nothing is reported before a window has shown as
 /// many active pixels as a hand that moves. Later windows are at rest or not, see [`HandConfig::hold`].
 ///
@@ -18,7 +18,7 @@ pub struct HandDetectionConfig {
     /// Pixels with an event in the window, as a share of those of the canonical view. 0 reports every
     /// window.
     pub min_active: f32,
-    /// Likelihood of a hand, 0 to 1, below which a window of a network of joints has no pose.
+    /// Smoothed likelihood of a hand, 0 to 1, from which on a network of joints has poses.
     pub min_presence: f32,
     /// Mean score of the joints of a network of joints, 0 to 1, below which the last pose is repeated: they are
     /// nowhere in particular, as of a hand of which next to nothing moves.
@@ -32,7 +32,7 @@ impl Default for HandDetectionConfig {
     /// 130 of 240x180 pixels. `hold.rest_sum` of the shipped network takes a window that sums to 60 for
     /// one at rest, and active pixels of an LNES are one half on average.
     fn default() -> Self {
-        Self { min_active: 0.003, min_presence: 0.5, min_score: 0.15, min_evidence: 8.0 }
+        Self { min_active: 0.003, min_presence: 0.4, min_score: 0.15, min_evidence: 8.0 }
     }
 }
 
@@ -88,9 +88,67 @@ impl WarmUp {
     }
 }
 
+/// Time constant over which the presence is smoothed: single windows of a digit look like a hand, and some of a hand
+/// that hardly moves do not.
+const SMOOTHED_S: f64 = 0.1;
+/// Weight of the first window of a recording.
+const FIRST: f32 = 0.3;
+/// A hand that was there is gone below this part of `min_presence`.
+const GONE: f32 = 0.125;
+
+/// Whether there is a hand, by the presence of one window after the other.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PresenceGate {
+    min_presence: f32,
+    /// Time of the latest window, and the presence up to it.
+    smoothed: Option<(Micros, f32)>,
+    is_there: bool,
+}
+
+impl PresenceGate {
+    pub(super) fn new(config: HandDetectionConfig) -> Self {
+        Self { min_presence: config.min_presence, smoothed: None, is_there: false }
+    }
+
+    /// The presence at `t`, smoothed, and whether there is a hand.
+    pub(super) fn update(&mut self, t: Micros, presence: f32) -> (f32, bool) {
+        let smoothed = match self.smoothed {
+            None => FIRST * presence,
+            Some((before, smoothed)) => {
+                let passed_s = (t - before).as_seconds();
+                smoothed + (1.0 - (-passed_s / SMOOTHED_S).exp()) as f32 * (presence - smoothed)
+            }
+        };
+        self.smoothed = Some((t, smoothed));
+        let limit = if self.is_there { GONE * self.min_presence } else { self.min_presence };
+        self.is_there = smoothed >= limit;
+        (smoothed, self.is_there)
+    }
+
+    pub(super) fn reset(&mut self) {
+        (self.smoothed, self.is_there) = (None, false);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_hand_has_to_stay_before_it_is_there_and_may_then_be_unclear_for_a_while() {
+        let mut gate = PresenceGate::new(HandDetectionConfig::default());
+        let mut seen = |times_ms: std::ops::Range<i64>, presence: f32| {
+            let windows = times_ms.map(|ms| gate.update(Micros(1_000 * ms), presence).1);
+            windows.filter(|is_there| *is_there).count()
+        };
+        assert_eq!(seen(0..10, 1.0), 0, "a glimpse");
+        assert_eq!(seen(10..200, 0.1), 0);
+        assert!(seen(200..400, 1.0) > 130);
+        assert_eq!(seen(400..450, 0.0), 50, "unclear, and still there");
+        assert!(seen(450..900, 0.0) < 300, "gone");
+        gate.reset();
+        assert_eq!(gate.update(Micros(0), 1.0), (FIRST, false));
+    }
 
     #[test]
     fn inputs_count_from_the_first_with_enough_active_pixels() {

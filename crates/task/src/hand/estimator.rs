@@ -9,7 +9,7 @@ use evpose_clean::DenoiseFilter;
 
 use super::batch::InputBatch;
 use super::config::HandConfig;
-use super::detection::{HandDetectionConfig, WarmUp};
+use super::detection::{HandDetectionConfig, PresenceGate, WarmUp};
 use super::evidence::HandEvidence;
 use super::smoothing::Smoothing;
 use crate::TaskError;
@@ -38,7 +38,7 @@ pub struct PresenceCounts {
     pub since: Option<Micros>,
     /// Windows without a hand, from then on.
     pub absent: u64,
-    /// The highest presence; none of networks that do not say.
+    /// The highest smoothed presence; none of networks that do not say.
     pub best: Option<f32>,
 }
 
@@ -59,6 +59,7 @@ pub(super) struct HandEstimator {
     evidence: HandEvidence,
     smoothing: Smoothing,
     detection: HandDetectionConfig,
+    presence_gate: PresenceGate,
     /// Counts of windows with and without a hand.
     pub(super) presence: PresenceCounts,
     /// Inputs of a full batch, and those so far.
@@ -104,6 +105,7 @@ impl HandEstimator {
             smoothing: Smoothing::new(config, !is_plain)?,
             presence: PresenceCounts::default(),
             detection: config.detection,
+            presence_gate: PresenceGate::new(config.detection),
             batch: batch.max(1),
             pending,
             skipped: Vec::new(),
@@ -191,11 +193,12 @@ impl HandEstimator {
         };
         let (mut of_hands, mut poses) = (Vec::new(), Vec::new());
         for (&t, pose) in times.iter().zip(held) {
-            let presence = pose.presence();
-            if presence > self.presence.best {
-                self.presence.best = presence;
+            let presence = pose.presence().map(|presence| self.presence_gate.update(t, presence));
+            if let Some((presence, _)) = presence {
+                let best = self.presence.best.get_or_insert(presence);
+                *best = best.max(presence);
             }
-            if presence.is_none_or(|presence| presence >= self.detection.min_presence) {
+            if presence.is_none_or(|(_, is_there)| is_there) {
                 of_hands.push(t);
                 poses.push(pose);
             } else {
@@ -242,6 +245,7 @@ impl HandEstimator {
         self.pending.clear();
         self.warm_up.reset();
         self.presence = PresenceCounts::default();
+        self.presence_gate.reset();
         if let Some(gate) = &mut self.gate {
             gate.reset();
         }
