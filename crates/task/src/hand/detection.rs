@@ -1,13 +1,15 @@
 //! When a pose of a hand is reported.
 
 use evpose_core::{Micros, SensorSize};
+use evpose_pose::HandPose;
 use serde::{Deserialize, Serialize};
 
 /// The conditions for poses.
 ///
 /// # Model
-/// A network of joints says of every window how likely a hand is in it. Smoothed over a tenth of a second, this must
-/// come to `min_presence` before there is a pose, and poses end where it falls below an eighth of that. A regressor does not: it regresses a pose for every window, an empty one included: that
+/// A network of joints says of every window how likely a hand is in it, which counts less where its joints are nowhere
+/// in particular. Smoothed over a tenth of a second, this must come to `min_presence` before there is a pose, and
+/// poses end where it falls below a twelfth of that. A regressor does not: it regresses a pose for every window, an empty one included: that
 /// is the mean pose of its training, with or without a hand. So nothing is reported before a window has shown as
 /// many active pixels as a hand that moves. Later windows are at rest or not, see [`HandConfig::hold`].
 ///
@@ -32,7 +34,7 @@ impl Default for HandDetectionConfig {
     /// 130 of 240x180 pixels. `hold.rest_sum` of the shipped network takes a window that sums to 60 for
     /// one at rest, and active pixels of an LNES are one half on average.
     fn default() -> Self {
-        Self { min_active: 0.003, min_presence: 0.4, min_score: 0.15, min_evidence: 8.0 }
+        Self { min_active: 0.003, min_presence: 0.25, min_score: 0.15, min_evidence: 8.0 }
     }
 }
 
@@ -94,7 +96,9 @@ const SMOOTHED_S: f64 = 0.1;
 /// Weight of the first window of a recording.
 const FIRST: f32 = 0.3;
 /// A hand that was there is gone below this part of `min_presence`.
-const GONE: f32 = 0.125;
+const GONE: f32 = 1.0 / 12.0;
+/// Mean score of joints from which on the presence counts in full. Scores of hands are .3 to .5, those of a digit .2.
+const SURE_SCORE: f32 = 0.25;
 
 /// Whether there is a hand, by the presence of one window after the other.
 #[derive(Debug, Clone, Copy)]
@@ -110,8 +114,13 @@ impl PresenceGate {
         Self { min_presence: config.min_presence, smoothed: None, is_there: false }
     }
 
-    /// The presence at `t`, smoothed, and whether there is a hand.
-    pub(super) fn update(&mut self, t: Micros, presence: f32) -> (f32, bool) {
+    /// The presence at `t`, smoothed, and whether there is a hand; none of networks that do not say.
+    pub(super) fn update(&mut self, t: Micros, pose: &HandPose) -> Option<(f32, bool)> {
+        let presence = pose.presence()? * (pose.mean_score()? / SURE_SCORE).min(1.0);
+        Some(self.smooth(t, presence))
+    }
+
+    fn smooth(&mut self, t: Micros, presence: f32) -> (f32, bool) {
         let smoothed = match self.smoothed {
             None => FIRST * presence,
             Some((before, smoothed)) => {
@@ -138,16 +147,16 @@ mod tests {
     fn a_hand_has_to_stay_before_it_is_there_and_may_then_be_unclear_for_a_while() {
         let mut gate = PresenceGate::new(HandDetectionConfig::default());
         let mut seen = |times_ms: std::ops::Range<i64>, presence: f32| {
-            let windows = times_ms.map(|ms| gate.update(Micros(1_000 * ms), presence).1);
+            let windows = times_ms.map(|ms| gate.smooth(Micros(1_000 * ms), presence).1);
             windows.filter(|is_there| *is_there).count()
         };
-        assert_eq!(seen(0..10, 1.0), 0, "a glimpse");
+        assert_eq!(seen(0..10, 0.4), 0, "a glimpse");
         assert_eq!(seen(10..200, 0.1), 0);
         assert!(seen(200..400, 1.0) > 130);
         assert_eq!(seen(400..450, 0.0), 50, "unclear, and still there");
         assert!(seen(450..900, 0.0) < 300, "gone");
         gate.reset();
-        assert_eq!(gate.update(Micros(0), 1.0), (FIRST, false));
+        assert_eq!(gate.smooth(Micros(0), 0.5), (0.5 * FIRST, false));
     }
 
     #[test]

@@ -193,7 +193,7 @@ impl HandEstimator {
         };
         let (mut of_hands, mut poses) = (Vec::new(), Vec::new());
         for (&t, pose) in times.iter().zip(held) {
-            let presence = pose.presence().map(|presence| self.presence_gate.update(t, presence));
+            let presence = self.presence_gate.update(t, &pose);
             if let Some((presence, _)) = presence {
                 let best = self.presence.best.get_or_insert(presence);
                 *best = best.max(presence);
