@@ -66,7 +66,7 @@ const RANGES: [(&str, [f64; 2]); 67] = [
     ("training.batch_size", [1.0, 4096.0]),
     ("training.devices", [1.0, 64.0]),
     ("training.learning_rate", POSITIVE),
-    ("training.steps", STEPS),
+    ("training.steps", [0.0, 1e9]),
     ("training.steps_per_validation", STEPS),
     ("training.validation_samples", [1.0, 1e7]),
     ("training.schedule.warm_up_steps", [0.0, 1e9]),

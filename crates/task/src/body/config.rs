@@ -224,7 +224,8 @@ pub struct BodyTrainingConfig {
     /// Number format of the convolutions.
     #[serde(skip_serializing_if = "TrainingPrecision::is_default")]
     pub precision: TrainingPrecision,
-    /// Optimiser steps of the whole run.
+    /// Optimiser steps of the whole run. With 0, only what follows a training is done, with the network that it starts
+    /// from.
     pub steps: u64,
     /// Optimiser steps between validations, each of which writes a checkpoint.
     pub steps_per_validation: u64,

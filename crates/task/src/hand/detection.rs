@@ -154,7 +154,7 @@ mod tests {
         assert_eq!(seen(10..200, 0.1), 0);
         assert!(seen(200..400, 1.0) > 130);
         assert_eq!(seen(400..450, 0.0), 50, "unclear, and still there");
-        assert!(seen(450..900, 0.0) < 300, "gone");
+        assert!(seen(450..900, 0.0) < 400, "gone");
         gate.reset();
         assert_eq!(gate.smooth(Micros(0), 0.5), (0.5 * FIRST, false));
     }

@@ -2,6 +2,7 @@
 
 use evpose_core::SensorSize;
 use evpose_io::{HandJointsWriter, JointsReader};
+use evpose_nn::parameters::read;
 use evpose_nn::{DeviceKind, HandHead};
 use evpose_pose::HandSide;
 use evpose_sim::{Simulation, record_all};
@@ -71,6 +72,17 @@ fn a_network_of_joints_trains_goes_on_and_is_evaluated() {
     from.start_from = Some(run);
     from.training.learning_rate = 1e-12;
     train_hand(&from, &data, &next, &options).unwrap();
+
+    // Without a step, the presence alone is another one.
+    let (fitted, mut fit) = (directory.path().join("fitted"), from.clone());
+    (fit.training.steps, fit.training.presence_samples) = (0, 96);
+    train_hand(&fit, &data, &fitted, &options).unwrap();
+    let fitted = HandCheckpoint::load(&fitted, &Device::flex()).unwrap();
+    let differ = read(&best.network).into_iter().zip(read(&fitted.network));
+    let differ = differ.filter(|(before, after)| before.1 != after.1);
+    let paths: Vec<String> = differ.map(|(before, _)| before.0.path).collect();
+    assert_eq!(paths, ["presence.weight", "presence.bias"]);
+
     from.network.width = 0.25;
     let error = train_hand(&from, &data, &directory.path().join("wider"), &options).unwrap_err();
     assert!(error.to_string().contains("width"), "{error}");
