@@ -97,7 +97,7 @@ const SMOOTHED_S: f64 = 0.1;
 const FIRST: f32 = 0.3;
 /// A hand that was there is gone below this part of `min_presence`.
 const GONE: f32 = 1.0 / 12.0;
-/// Mean score of joints from which on the presence counts in full. Scores of hands are .3 to .5, those of a digit .2.
+/// Mean score of joints from which on the presence counts in full; below, by its square. Scores of hands are .3 to .5, those of a digit .2.
 const SURE_SCORE: f32 = 0.25;
 
 /// Whether there is a hand, by the presence of one window after the other.
@@ -116,7 +116,7 @@ impl PresenceGate {
 
     /// The presence at `t`, smoothed, and whether there is a hand; none of networks that do not say.
     pub(super) fn update(&mut self, t: Micros, pose: &HandPose) -> Option<(f32, bool)> {
-        let presence = pose.presence()? * (pose.mean_score()? / SURE_SCORE).min(1.0);
+        let presence = pose.presence()? * (pose.mean_score()? / SURE_SCORE).min(1.0).powi(2);
         Some(self.smooth(t, presence))
     }
 
