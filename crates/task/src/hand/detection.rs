@@ -34,7 +34,7 @@ impl Default for HandDetectionConfig {
     /// 130 of 240x180 pixels. `hold.rest_sum` of the shipped network takes a window that sums to 60 for
     /// one at rest, and active pixels of an LNES are one half on average.
     fn default() -> Self {
-        Self { min_active: 0.003, min_presence: 0.25, min_score: 0.15, min_evidence: 8.0 }
+        Self { min_active: 0.003, min_presence: 0.3, min_score: 0.15, min_evidence: 8.0 }
     }
 }
 
