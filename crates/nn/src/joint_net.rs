@@ -161,7 +161,7 @@ impl JointNet {
         (self.heatmaps.forward(features.clone()), self.depths.forward(features), presence)
     }
 
-    /// What the presence is a linear function of: the means of all features over the cells.
+    /// The means of all features over the cells, of which the presence is a linear function.
     ///
     /// # Shapes
     /// - events: as of [`Self::forward`]

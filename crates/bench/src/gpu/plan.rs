@@ -134,7 +134,7 @@ impl Plan<'_> {
     fn training_step(&self, device: &str, way: &'static str, limit_s: f64) -> Step {
         let (config, steps) = (self.config(), if self.small { 1 } else { 15 });
         let batches: &[usize] = if self.small { &[4] } else { &[16, 64] };
-        // What a device has no numbers for ends a series: 16 bits come last.
+        // A format that a device lacks ends a series: 16 bits come last.
         let lines = ["f32", "f16"].map(|precision| {
             self.of_networks(batches, |network, batch| {
                 format!(

@@ -24,7 +24,7 @@ const STEPS: usize = 15;
 /// Ridge, for features that go together.
 const RIDGE: f64 = 1e-4;
 
-/// `network` with the presence that tells `samples` images of `data` apart best.
+/// `network` with the presence that separates `samples` images of `data` best.
 ///
 /// # Errors
 /// If a recording cannot be read.
@@ -107,7 +107,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_tells_both_kinds_apart_gets_the_weight_and_rare_hands_count_as_much() {
+    fn what_separates_both_kinds_gets_the_weight_and_rare_hands_count_as_much() {
         let waves = |k: usize| [(k as f64).sin(), (2.3 * k as f64).cos()];
         let is_hand: Vec<bool> = (0..300).map(|k| k % 10 == 0).collect();
         let row = |(k, is_hand): (usize, &bool)| {
