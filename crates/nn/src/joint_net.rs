@@ -6,7 +6,7 @@
 use burn::module::{Module, Param};
 use burn::nn::Linear;
 use burn::nn::pool::{AdaptiveAvgPool2d, AdaptiveAvgPool2dConfig};
-use burn::tensor::{DType, Device, Tensor, TensorData};
+use burn::tensor::{Device, Tensor, TensorData};
 use evpose_pose::EVALUATION_JOINTS;
 use serde::{Deserialize, Serialize};
 
@@ -143,7 +143,7 @@ impl JointNet {
             return JointMaps { heatmaps, depths, presence };
         }
         let (heatmaps, depths, presence) = self.forward_ops(events);
-        let [heatmaps, depths] = [heatmaps, depths].map(|maps| maps.cast(DType::F32));
+        let [heatmaps, depths] = [heatmaps, depths].map(ops::widened);
         JointMaps { heatmaps, depths, presence }
     }
 

@@ -10,10 +10,10 @@ use std::ops::Range;
 use burn::nn::Linear;
 use burn::nn::conv::Conv2d;
 use burn::nn::pool::{AdaptiveAvgPool2d, MaxPool2d};
+use burn::tensor::Tensor;
 use burn::tensor::activation::{relu, sigmoid};
 use burn::tensor::module::avg_pool2d;
 use burn::tensor::ops::AvgPoolOptions;
-use burn::tensor::{DType, Tensor};
 
 use crate::conv_norm::ConvNorm;
 use crate::ops::{self, Activation};
@@ -147,7 +147,7 @@ impl NetOps for Tensor<4> {
 impl VectorOps for Tensor<2> {
     fn linear(self, layer: &Linear) -> Self {
         // Few products: in 32 bits also where the layers before are not.
-        layer.forward(self.cast(DType::F32))
+        layer.forward(ops::widened(self))
     }
 
     fn relu(self) -> Self {

@@ -17,7 +17,7 @@ pub(crate) mod heads;
 mod names;
 
 use burn::module::Module;
-use burn::tensor::{DType, Device, Tensor};
+use burn::tensor::{Device, Tensor};
 use evpose_pose::body::BodyMaps;
 use serde::{Deserialize, Serialize};
 
@@ -104,7 +104,7 @@ impl MoveEnet {
             return BodyMaps::from_array(maps.map(Blocked::into_planes));
         }
         let maps = self.forward_ops(images).into_array();
-        BodyMaps::from_array(maps.map(|map| map.cast(DType::F32)))
+        BodyMaps::from_array(maps.map(ops::widened))
     }
 
     /// The graph of the network, for engines that compile it. Outputs are in the order of

@@ -3,8 +3,7 @@
 use burn::backend::ops::ConvOptions;
 use burn::nn::PaddingConfig2d;
 use burn::nn::conv::Conv2d;
-use burn::tensor::Tensor;
-use burn::tensor::module;
+use burn::tensor::{DType, Tensor, module};
 
 /// Strides, paddings, dilations and groups of a convolution with explicit or no padding, as all of ours are.
 pub(super) fn options(layer: &Conv2d) -> ConvOptions<2> {
@@ -13,6 +12,16 @@ pub(super) fn options(layer: &Conv2d) -> ConvOptions<2> {
         _ => [(0, 0); 2],
     };
     ConvOptions::new_with_padding(layer.stride, padding, layer.dilation, layer.groups)
+}
+
+/// Whether these are numbers of 16 bits.
+pub(crate) fn is_half<const D: usize>(tensor: &Tensor<D>) -> bool {
+    matches!(tensor.dtype(), DType::F16 | DType::BF16)
+}
+
+/// The same numbers in 32 bits, if they have 16.
+pub(crate) fn widened<const D: usize>(tensor: Tensor<D>) -> Tensor<D> {
+    if is_half(&tensor) { tensor.cast(DType::F32) } else { tensor }
 }
 
 /// `layer.forward(input)`, weight and bias rounded to the format of `input`.

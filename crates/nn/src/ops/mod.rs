@@ -36,6 +36,7 @@ pub(crate) use evpose_kernels::training::Activation;
 pub(crate) use blocked::Blocked;
 #[cfg(feature = "gpu-kernels")]
 pub(crate) use gpu::adam as gpu_adam;
+pub(crate) use mixed::widened;
 pub(crate) use upsample::upsample;
 
 static ENABLED: AtomicBool = AtomicBool::new(true);
@@ -65,7 +66,7 @@ pub(crate) fn conv2d(layer: &Conv2d, input: Tensor<4>) -> Tensor<4> {
     if gpu::suits(layer, &input) {
         return gpu::forward(layer, input);
     }
-    if input.dtype() != DType::F32 {
+    if mixed::is_half(&input) {
         return mixed::conv2d(layer, input);
     }
     if seven::suits(layer) { seven::stride_two_seven(layer, input) } else { layer.forward(input) }
@@ -77,9 +78,9 @@ pub(crate) fn conv2d(layer: &Conv2d, input: Tensor<4>) -> Tensor<4> {
 /// # Shapes
 /// - input, output: `[batch, channels, height, width]`
 pub(crate) fn batch_norm(layer: &BatchNorm, input: Tensor<4>, activation: Activation) -> Tensor<4> {
-    let format = input.dtype();
-    if format != DType::F32 {
-        return batch_norm(layer, input.cast(DType::F32), activation).cast(format);
+    if mixed::is_half(&input) {
+        let format = input.dtype();
+        return batch_norm(layer, widened(input), activation).cast(format);
     }
     #[cfg(feature = "gpu-kernels")]
     if gpu::normalizes(layer, &input) {

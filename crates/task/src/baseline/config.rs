@@ -221,7 +221,8 @@ mod tests {
         assert_eq!(fault("loss.sigma_px=0"), "loss.sigma_px");
         assert_eq!(fault("decoding.confidence=2"), "decoding.confidence");
         assert_eq!(fault("data.source=\"stills\""), "data.source");
-        assert_eq!(fault("training.steps=0"), "training.steps");
+        assert_eq!(fault("training.batch_size=0"), "training.batch_size");
+        assert_eq!(fault("training.precision=f16"), "training.precision");
         let text = "task = \"baseline\"\n[network]\nkind = \"dhp19-cnn\"\nstages = 3";
         let message = BaselineConfig::parse(text, &[]).unwrap_err().to_string();
         assert!(message.contains("stages"), "{message}");
