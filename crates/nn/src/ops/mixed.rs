@@ -14,12 +14,12 @@ pub(super) fn options(layer: &Conv2d) -> ConvOptions<2> {
     ConvOptions::new_with_padding(layer.stride, padding, layer.dilation, layer.groups)
 }
 
-/// Whether these are numbers of 16 bits.
+/// Whether the values are in 16 bits.
 pub(crate) fn is_half<const D: usize>(tensor: &Tensor<D>) -> bool {
     matches!(tensor.dtype(), DType::F16 | DType::BF16)
 }
 
-/// The same numbers in 32 bits, if they have 16.
+/// The same values in 32 bits, if they are in 16.
 pub(crate) fn widened<const D: usize>(tensor: Tensor<D>) -> Tensor<D> {
     if is_half(&tensor) { tensor.cast(DType::F32) } else { tensor }
 }
