@@ -228,9 +228,16 @@ mod tests {
             ([5, 3], [3, 2], [0; 4], [1, 2]),
         ];
         for (kernel, stride, [top, left, bottom, right], dilation) in shapes {
-            for (size, groups) in [([2, 3, 13, 16], 1), ([1, 8, 9, 11], 1), ([2, 5, 12, 9], 5)] {
-                // As many groups as channels are a convolution of each by itself.
-                let config = Conv2dConfig::new([size[1], 5], kernel)
+            // As many groups as channels are a convolution of each by itself; fewer output channels than
+            // MIN_CHANNELS go another way forward.
+            let sizes = [
+                ([2, 3, 13, 16], 9, 1),
+                ([1, 8, 9, 11], 5, 1),
+                ([1, 8, 9, 11], 12, 1),
+                ([2, 5, 12, 9], 5, 5),
+            ];
+            for (size, channels_out, groups) in sizes {
+                let config = Conv2dConfig::new([size[1], channels_out], kernel)
                     .with_groups(groups)
                     .with_stride(stride)
                     .with_dilation(dilation)
