@@ -14,9 +14,8 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result};
 use clap::{FromArgMatches as _, Subcommand as _};
 use evpose_cli::json::{write_json, write_result};
-use evpose_cli::machine::Machine;
 use evpose_cli::progress::{note, say};
-use evpose_cli::run_info::COMMIT;
+use evpose_cli::provenance::Provenance;
 use evpose_nn::{Adapter, Availability, DeviceKind};
 use serde::Serialize;
 use serde_json::{Map, Value};
@@ -73,10 +72,8 @@ pub struct BenchGpuArgs {
 /// Content of the results.
 #[derive(Debug, Serialize)]
 struct Report {
-    machine: Value,
-    commit: &'static str,
-    version: &'static str,
-    command: String,
+    #[serde(flatten)]
+    provenance: Provenance,
     devices: Vec<Device>,
     /// A row for each work, with the times of all ways.
     cases: Vec<Map<String, Value>>,
@@ -156,10 +153,7 @@ fn all(args: &BenchGpuArgs) -> Result<()> {
     };
     let plan = Plan { devices: &chosen, small: args.small };
     let mut report = Report {
-        machine: serde_json::to_value(Machine::this())?,
-        commit: COMMIT,
-        version: env!("CARGO_PKG_VERSION"),
-        command: std::env::args().collect::<Vec<_>>().join(" "),
+        provenance: Provenance::this(),
         devices,
         cases: Vec::new(),
         steps: Vec::new(),
