@@ -152,12 +152,8 @@ fn all(args: &BenchGpuArgs) -> Result<()> {
         args.device.iter().map(DeviceKind::to_string).collect()
     };
     let plan = Plan { devices: &chosen, small: args.small };
-    let mut report = Report {
-        provenance: Provenance::this(),
-        devices,
-        cases: Vec::new(),
-        steps: Vec::new(),
-    };
+    let mut report =
+        Report { provenance: Provenance::this(), devices, cases: Vec::new(), steps: Vec::new() };
     let path = args.out.join(RESULTS);
     // A run that dies in its first step still lists its devices.
     write_result(&path, &report)?;

@@ -19,8 +19,7 @@ const SCORE_CELLS: f32 = 2.0;
 const OUTWARDS: f32 = 0.35;
 /// Largest factor: joints that may be anywhere are no hand of any size.
 const MAX_LARGER: f32 = 1.4;
-/// Spread of the heatmap of a joint that is seen, in cells.
-const SEEN_SPREAD_CELLS: f32 = 1.0;
+const SEEN_SPREAD_CELLS: f32 = JointObservation::SEEN_SPREAD_CELLS;
 
 /// Reads one row of [`JointMaps::into_rows`](evpose_nn::JointMaps::into_rows).
 ///
