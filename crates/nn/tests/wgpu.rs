@@ -10,7 +10,7 @@ use std::process::ExitCode;
 
 use burn::module::{Module, ModuleVisitor, Param};
 use burn::tensor::{Device, Gradients, Tensor, TensorData};
-use evpose_nn::parameters::{read, with_matched_variances};
+use evpose_nn::parameters::{away_from_kinks, read, with_matched_variances};
 use evpose_nn::{
     Availability, DeviceKind, HandLoss, HandRegressor, MoveEnet, Network, backbone_by_name,
 };
@@ -18,13 +18,13 @@ use golden::{hashed, targets};
 use libtest_mimic::{Arguments, Completion, Trial};
 
 const WGPU: DeviceKind = DeviceKind::Wgpu { adapter: None };
-/// Largest difference between devices, relative to the largest value, at least 1.
+/// Largest difference between devices, relative to the largest value.
 const TOLERANCE: f64 = 1e-3;
 const BATCH: usize = 3;
 const SEED: u64 = 3;
-/// Seeds of a training step, with one of which at least gradients agree: a value next to the kink of a ReLU falls on
-/// either side of it by how sums were rounded, and changes all gradients before it. Weaker than a single seed that has to
-/// agree: an error that few values show may pass.
+/// Seeds of a training step. A value next to the kink of a ReLU falls on either side of it by how sums were rounded, and
+/// changes all gradients before it: gradients agree with one of these seeds at least, and with each where no value
+/// comes near a kink.
 const TRAINING_SEEDS: std::ops::Range<u64> = 3..8;
 
 /// A test of a network on a device.
@@ -71,12 +71,12 @@ fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |largest, value| largest.max(value.abs()))
 }
 
-/// The largest difference, relative to the largest value.
-fn difference(a: &[f64], b: &[f64]) -> f64 {
+/// The largest difference, relative to the largest value, at least `least`.
+fn difference(a: &[f64], b: &[f64], least: f64) -> f64 {
     assert_eq!(a.len(), b.len());
     assert!(a.iter().chain(b).all(|value| value.is_finite()));
     let differences: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
-    largest(&differences) / largest(b).max(1.0)
+    largest(&differences) / largest(b).max(least)
 }
 
 fn infers(name: &str, gpu: &Device) {
@@ -88,7 +88,7 @@ fn infers(name: &str, gpu: &Device) {
         let values = network.outputs(images(&network, side(name), device)).concat();
         values.into_iter().map(f64::from).collect::<Vec<f64>>()
     };
-    let difference = difference(&outputs(gpu), &outputs(&Device::flex()));
+    let difference = difference(&outputs(gpu), &outputs(&Device::flex()), 1.0);
     println!("{name:<20} outputs {difference:.1e}");
     assert!(difference < TOLERANCE, "{name}: {difference}");
 }
@@ -107,41 +107,67 @@ impl ModuleVisitor for Flattened<'_> {
     }
 }
 
+/// Whether values come near the kinks of activations.
+#[derive(Debug, Clone, Copy)]
+enum Kinks {
+    Near,
+    Far,
+}
+
+impl Kinks {
+    fn of<M: Module>(self, network: M) -> M {
+        match self {
+            Self::Near => network,
+            Self::Far => away_from_kinks(network),
+        }
+    }
+}
+
 /// Objective, gradients and running statistics of a step.
-fn step(name: &str, seed: u64, device: &Device) -> [Vec<f64>; 3] {
+fn step(name: &str, seed: u64, kinks: Kinks, device: &Device) -> [Vec<f64>; 3] {
     let device = &device.clone().autodiff();
     let network = Network::untrained(name, 0.125, seed, device).unwrap();
     let images = images(&network, side(name), device);
     match network {
-        Network::Hand(network) => after_step(&*network, |network: &HandRegressor| {
+        Network::Hand(network) => after_step(kinks.of(*network), |network: &HandRegressor| {
             HandLoss::default().forward(network.forward(images), targets(BATCH, device)).objective
         }),
-        Network::Body(network) => after_step(&*network, |network: &MoveEnet| {
+        Network::Body(network) => after_step(kinks.of(*network), |network: &MoveEnet| {
             let maps = network.forward(images).into_array();
             maps.map(|map| map.square().mean()).into_iter().reduce(|sum, map| sum + map).unwrap()
         }),
     }
 }
 
-fn after_step<M: Module>(network: &M, objective: impl FnOnce(&M) -> Tensor<1>) -> [Vec<f64>; 3] {
-    let objective = objective(network);
+fn after_step<M: Module>(network: M, objective: impl FnOnce(&M) -> Tensor<1>) -> [Vec<f64>; 3] {
+    let objective = objective(&network);
     let gradients = objective.backward();
     let mut flattened = Flattened { gradients: &gradients, list: Vec::new() };
     network.visit(&mut flattened);
-    let is_running = read(network).into_iter().filter(|(slot, _)| !slot.is_trained());
+    let is_running = read(&network).into_iter().filter(|(slot, _)| !slot.is_trained());
     let running = is_running.flat_map(|(_, values)| values).map(f64::from).collect();
     [values_of(objective), flattened.list, running]
 }
 
+/// Differences of objective, gradients and running statistics; only of gradients may they be large.
+fn differences(name: &str, seed: u64, kinks: Kinks, gpu: &Device) -> [f64; 3] {
+    let [ours, cpus] = [gpu, &Device::flex()].map(|device| step(name, seed, kinks, device));
+    assert!(!cpus[1].is_empty() && !cpus[2].is_empty());
+    // Gradients may be small as a whole.
+    let differences = [0, 1, 2].map(|k| difference(&ours[k], &cpus[k], [1.0, 0.0, 1.0][k]));
+    println!(
+        "{name:<20} {seed} {kinks:?} objective, gradients, running statistics {differences:?}"
+    );
+    let [objective, _, running] = differences;
+    assert!(objective < TOLERANCE && running < TOLERANCE, "{name}: {differences:?}");
+    differences
+}
+
 fn trains(name: &str, gpu: &Device) {
-    let do_gradients_agree = TRAINING_SEEDS.into_iter().any(|seed| {
-        let (ours, cpus) = (step(name, seed, gpu), step(name, seed, &Device::flex()));
-        assert!(!cpus[1].is_empty() && !cpus[2].is_empty());
-        let differences = [0, 1, 2].map(|k| difference(&ours[k], &cpus[k]));
-        println!("{name:<20} objective, gradients, running statistics {differences:?}");
-        let [objective, gradients, running] = differences;
-        assert!(objective < TOLERANCE && running < TOLERANCE, "{name}: {differences:?}");
-        gradients < TOLERANCE
-    });
-    assert!(do_gradients_agree, "{name}: gradients differ with every seed");
+    let is_near = |seed, kinks| differences(name, seed, kinks, gpu)[1] < TOLERANCE;
+    for seed in TRAINING_SEEDS {
+        assert!(is_near(seed, Kinks::Far), "{name}: gradients differ with seed {seed}");
+    }
+    let is_one_near = TRAINING_SEEDS.into_iter().any(|seed| is_near(seed, Kinks::Near));
+    assert!(is_one_near, "{name}: gradients differ with every seed");
 }
