@@ -34,6 +34,7 @@ mod identify;
 mod initial_guess;
 mod light_steps;
 mod paths;
+mod places;
 mod proposals;
 mod rate_ceiling;
 mod recording_marks;

@@ -32,6 +32,8 @@ const TOO_STRONG: f64 = 4.0;
 /// Trials of one candidate that are followed: a short part of a recording does not
 /// distinguish variants that differ from pixel to pixel only.
 const VARIANTS: usize = 3;
+/// Multiples of a simulated change that are taken for those of other strengths.
+const MULTIPLES: [f64; 6] = [0.05, 0.15, 0.4, 1.0, 2.0, 4.0];
 /// Steps up to which the effect of the model's parameters is taken to be linear.
 pub(super) const MAX_LINEAR_STEPS: f64 = 2.0;
 
@@ -129,6 +131,29 @@ impl<'a> ScreeningBase<'a> {
         let is_idle = expected.mean.iter().zip(&*self.summary).all(|(a, b)| a == b);
         let tried = TriedStrength { trial: trial.clone(), change };
         Ok((!is_idle).then(|| (self.profiled(&expected), tried)))
+    }
+
+    /// The least discrepancy with a trial of any strength, by one simulation whose change is taken to be in
+    /// proportion to the strength.
+    pub(super) fn predicted(&self, trial: &Trial) -> Result<f64, GapError> {
+        let strength = trial.params[0];
+        let strengths = trial.strengths();
+        let is_signed = strengths[0] < 0.0;
+        // Strong enough to be seen beside what jumps from run to run.
+        let visible = strengths[2 * strengths.len() / 3];
+        let mut expected =
+            self.objective.expect(&trial.with(strength, visible).added_to(self.model), 1)?;
+        let change: Vec<f64> =
+            expected.mean.iter().zip(&*self.summary).map(|(a, b)| a - b).collect();
+        let multiples =
+            MULTIPLES.into_iter().flat_map(|k| if is_signed { vec![k, -k] } else { vec![k] });
+        let discrepancies = multiples.map(|multiple| {
+            let moved = self.summary.iter().zip(&change).map(|(a, b)| a + multiple * b);
+            expected.mean = moved.collect();
+            self.profiled(&expected)
+        });
+        // One that is no number is none.
+        Ok(discrepancies.fold(f64::INFINITY, f64::min))
     }
 
     /// The best of some strengths. With `is_rising`, strengths beyond a far too strong one are
