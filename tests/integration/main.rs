@@ -26,6 +26,7 @@ mod files;
 mod force;
 mod foreign_set;
 mod gap;
+mod gap_camera;
 mod guides;
 mod harness;
 mod kills;

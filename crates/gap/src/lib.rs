@@ -52,6 +52,7 @@
 //! ```
 
 pub mod c2st;
+pub mod camera;
 pub mod candidate;
 mod classes;
 mod common_parameter;

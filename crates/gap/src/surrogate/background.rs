@@ -35,7 +35,7 @@ const MIN_INTERVALS: usize = 3;
 pub(super) struct Background {
     stretches: Vec<Stretch>,
     /// Time of all quiet pixels together.
-    pixel_s: f64,
+    pub(super) pixel_s: f64,
     width: u32,
 }
 

@@ -78,6 +78,13 @@ pub fn test_recording(events: &EventStream, replicates: usize, seed: u64) -> Sce
     }
 }
 
+/// Fraction of pixels and time that is at rest, without hot pixels; none where too little is.
+pub(crate) fn quiet_share(events: &EventStream) -> Option<f64> {
+    let parts = Parts::from_train(Train::from_events(events).middle(MAX_EVENTS));
+    let whole_s = parts.whole.size.pixels() as f64 * parts.whole.seconds();
+    parts.background.map(|background| background.pixel_s / whole_s)
+}
+
 /// Whether a stage is an effect, rather than a stage of every sensor, or of its numerics, or what
 /// files of the user say.
 fn is_effect(spec: &'static StageSpec) -> bool {

@@ -44,6 +44,8 @@ pub enum GapCommand {
     Report(ReportArgs),
     /// Evaluate a run by five statistics, with code independent of the search
     Verify(VerifyArgs),
+    /// Measure a camera from recordings of unknown light, as a sensor to simulate with
+    Camera(CameraArgs),
 }
 
 /// Recording, scene and model of a comparison.
@@ -173,4 +175,26 @@ pub struct VerifyArgs {
     /// Seed of these runs
     #[arg(long, default_value_t = 1_000)]
     pub(crate) seed: u64,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  \
+    evpose gap camera wall.npz --out camera/\n  \
+    evpose gap camera wall.npz dark.npz lamp.npz pan.npz --out camera/\n  \
+    evpose sensor show camera/camera.toml\n\n\
+    Record, a minute each, with the same settings of the camera: a static scene at two or three light levels, a \
+    lamp, and a slow pan over a printed page to and fro with a second of rest. What the recordings do not show is \
+    listed with the recording that would.")]
+pub struct CameraArgs {
+    /// Recordings of one camera, in any supported format
+    #[arg(required = true, value_name = "RECORDING")]
+    pub(crate) recordings: Vec<PathBuf>,
+    /// Directory for camera.toml, camera.json and camera.html
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    /// CPU threads; all cores by default. The result does not depend on it
+    #[arg(long, value_parser = threads())]
+    pub(crate) threads: Option<usize>,
+    #[command(flatten)]
+    pub(crate) opening: OpeningArgs,
 }

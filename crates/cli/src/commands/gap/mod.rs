@@ -1,6 +1,7 @@
 //! `evpose gap`: comparison of a sensor model with a recording, and identification of missing effects.
 
 mod args;
+mod camera;
 mod davis;
 mod inputs;
 mod note;
@@ -42,6 +43,7 @@ pub fn run(command: &GapCommand) -> Result<ExitCode> {
         GapCommand::Power(args) => done(steps::power(args)),
         GapCommand::Report(args) => done(again(args)),
         GapCommand::Verify(args) => done(verify::run(args)),
+        GapCommand::Camera(args) => done(camera::run(args)),
     }
 }
 
