@@ -198,10 +198,6 @@ pub(crate) const SLOW: &[Step] = &[
     )
     .with_env(&[("RUSTFLAGS", "-Zsanitizer=address"), ("PROPTEST_CASES", "12")])
     .with_need(Need::Nightly),
-    step(
-        "an installed program has its networks",
-        "test --release --test=integration installed -- --ignored",
-    ),
     // Only builds with checks abort at a write.
     step(
         "studies killed at every write resume, and a thousand commands with values out of their ranges end",

@@ -72,20 +72,25 @@ impl Peer for Tract {
 
 #[cfg(test)]
 mod tests {
+    use evpose_cli::configs;
     use evpose_infer::onnx::{Interface, Message as _, model};
     use evpose_infer::{Engine, EngineOptions};
     use evpose_nn::Network;
+    use evpose_task::hand::HandConfig;
     use tract_onnx::prelude::{DatumType, InferenceFact};
 
     use super::*;
     use crate::infer::against::max_difference;
+    use crate::infer::networks;
 
     /// The file of `evpose export` leaves the number of inputs open.
     #[test]
     fn any_number_of_inputs_at_once_agrees_with_tract() {
+        let changes = ["simulation.image_scale=0.5", "network.width=0.25"].map(str::to_owned);
+        let config: HandConfig = configs::load("eventhands", &changes).unwrap();
         for name in Network::names() {
-            let network = Network::untrained(name, 0.25, 7, &burn::tensor::Device::flex()).unwrap();
-            let (graph, shape) = (network.graph(), network.input());
+            let network = networks::network(&config, name, &burn::tensor::Device::flex()).unwrap();
+            let (graph, shape) = (network.graph, network.input);
             let interface = Interface { input: "events".to_owned(), ..Interface::default() };
             let bytes = model(&graph, shape, Some(&interface)).unwrap().encode_to_vec();
             let mut engine = Engine::compile(&graph, shape, EngineOptions::default()).unwrap();
