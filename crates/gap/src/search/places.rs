@@ -1,9 +1,9 @@
-//! Which pixels a formula of places is about: all, more and more of them to one side, columns, rows, or patches.
+//! Places of a formula: all pixels, more and more of them to one side, columns, rows, or patches.
 //!
 //! # Method
 //! Statistics of a recording are sums over pixels and over parts of the image. Where values are random, those of a
 //! model lie in other places than the camera's, so that a formula of columns may lower the discrepancy less than one
-//! of rows, or one that is the same everywhere. How alike neighbours are tells them apart. Residuals of counts,
+//! of rows, or one that is the same everywhere. How alike neighbours are separates them. Residuals of counts,
 //! `2 sqrt(n + 3/8)` less the same of a run without the formula, differ from column to column as much as any
 //! two pixels do where columns have values of their own, and less where rows have. Both differences, relative to
 //! the variance over the image, are compared with those of runs of each formula. Where those of the formula that
