@@ -10,6 +10,7 @@ fn recordings_make_a_sensor_to_simulate_with_and_a_list_of_what_is_not_known() {
     let said = sandbox.ok(&["gap", "camera", "rec.npz", "--out", "camera"]);
     assert!(said.contains("read      rec.npz") && said.contains("would show: "), "{said}");
     let report = sandbox.json("camera/camera.json");
+    assert!(report["commit"].is_string() && report["version"].is_string());
     // Bars pass all the time: how much of the events is background is not known.
     let ratio = &report["quantities"][0];
     assert_eq!(ratio["name"], "threshold_ratio");

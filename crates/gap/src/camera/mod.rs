@@ -17,10 +17,35 @@ use serde::Serialize;
 use crate::GapError;
 pub use recording::{CameraRecording, Reading};
 
-/// A quantity: its name; effect and parameter, or, without an effect, why no recording of unknown light shows it, if none
-/// does; resolution of the estimator, relative and absolute; whether all recordings of a camera have one value; a
-/// recording that would show it.
-struct Spec(&'static str, [&'static str; 2], [f64; 2], bool, &'static str);
+/// What a quantity is read from.
+#[derive(Debug, Clone, Copy)]
+enum Source {
+    /// Counts of events, by a method of its own.
+    Counts,
+    /// A parameter of an effect that halves of a recording show: names of both, and the resolution of the estimator,
+    /// relative and absolute.
+    Effect(&'static str, &'static str, [f64; 2]),
+    /// Nothing that is recorded in unknown light, for this reason.
+    Nothing(&'static str),
+}
+
+/// A quantity that is looked for.
+struct Spec {
+    name: &'static str,
+    source: Source,
+    /// Whether all recordings of a camera have one value.
+    is_of_camera: bool,
+    /// A recording that would show it.
+    would_show: &'static str,
+}
+
+const fn of_camera(name: &'static str, source: Source, would_show: &'static str) -> Spec {
+    Spec { name, source, is_of_camera: true, would_show }
+}
+
+const fn of_light(name: &'static str, source: Source, would_show: &'static str) -> Spec {
+    Spec { name, source, is_of_camera: false, would_show }
+}
 
 const PAN: &str = "a slow pan over a printed page to and fro, with a second of rest";
 const FAST: &str = "noisy pixels in the dark, or a fast pan over a printed page";
@@ -33,33 +58,33 @@ const LED: &str =
 
 /// All quantities, in the order of a report.
 static QUANTITIES: [Spec; 14] = [
-    Spec("threshold_ratio", ["", ""], [0.0; 2], true, PAN),
-    Spec("leak_hz", ["", ""], [0.0; 2], true, LONG),
+    of_camera("threshold_ratio", Source::Counts, PAN),
+    of_camera("leak_hz", Source::Counts, LONG),
     // The shortest of thirty intervals in a fifth of the period is up to 2 % above it.
-    Spec("refractory_us", ["refractory", "period_us"], [0.02, 1.0], true, FAST),
-    Spec("scan_period_us", ["scanned_readout", "period_us"], [0.0, 0.01], true, PAN),
-    Spec("clock_period_us", ["timestamp_quantisation", "period_us"], [0.0, 0.01], true, PAN),
-    Spec("hot_fraction", ["", ""], [0.0; 2], true, STATIC),
-    Spec("hot_hz", ["hot_pixels", "median_hz"], [0.1, 0.0], true, STATIC),
-    Spec("hot_on_share", ["hot_pixels", "on_share"], [0.0, 0.05], true, STATIC),
-    Spec("background_on_hz", ["", ""], [0.0; 2], false, STATIC),
-    Spec("background_off_hz", ["", ""], [0.0; 2], false, STATIC),
-    Spec(
+    of_camera("refractory_us", Source::Effect("refractory", "period_us", [0.02, 1.0]), FAST),
+    of_camera("scan_period_us", Source::Effect("scanned_readout", "period_us", [0.0, 0.01]), PAN),
+    of_camera(
+        "clock_period_us",
+        Source::Effect("timestamp_quantisation", "period_us", [0.0, 0.01]),
+        PAN,
+    ),
+    of_camera("hot_fraction", Source::Counts, STATIC),
+    of_camera("hot_hz", Source::Effect("hot_pixels", "median_hz", [0.1, 0.0]), STATIC),
+    of_camera("hot_on_share", Source::Effect("hot_pixels", "on_share", [0.0, 0.05]), STATIC),
+    of_light("background_on_hz", Source::Counts, STATIC),
+    of_light("background_off_hz", Source::Counts, STATIC),
+    of_light(
         "lamp_hz",
-        ["lamp_flicker", "frequency_hz"],
-        [0.0, 1.0],
-        false,
+        Source::Effect("lamp_flicker", "frequency_hz", [0.0, 1.0]),
         "a static scene near the lamp",
     ),
-    Spec(
+    of_camera(
         "thresholds",
-        ["", "twice the contrast at twice the thresholds has the same events"],
-        [0.0; 2],
-        true,
+        Source::Nothing("twice the contrast at twice the thresholds has the same events"),
         FRAMES,
     ),
-    Spec("mismatch", ["", "pixels with more events may have more contrast"], [0.0; 2], true, SCENE),
-    Spec("bandwidth", ["", "times of the light are not known"], [0.0; 2], false, LED),
+    of_camera("mismatch", Source::Nothing("pixels with more events may have more contrast"), SCENE),
+    of_light("bandwidth", Source::Nothing("times of the light are not known"), LED),
 ];
 
 /// A quantity with its estimates.
@@ -114,7 +139,7 @@ impl CameraReport {
         // Pixels at rest have these events beside those of the light.
         let lent = recordings.iter().find_map(CameraRecording::rest_hz);
         let quantity = |spec: &Spec| {
-            let readings = recordings.iter().map(|one| match spec.0 {
+            let readings = recordings.iter().map(|one| match spec.name {
                 "threshold_ratio" => threshold_ratio::read(one, lent),
                 _ => one.read(spec, hot.len()),
             });

@@ -29,11 +29,11 @@ impl Spec {
         reasons.dedup();
         let (value, why) = match contradiction(&known) {
             _ if known.is_empty() => (None, Some(reasons.join("; "))),
-            _ if !self.3 => (None, None),
+            _ if !self.is_of_camera => (None, None),
             None => (Some(mean(&known)), None),
             why => (None, why),
         };
-        let Self(name, _, _, is_of_camera, would_show) = *self;
+        let Self { name, is_of_camera, would_show, .. } = *self;
         Quantity { name, is_of_camera, value, why, would_show, readings }
     }
 }

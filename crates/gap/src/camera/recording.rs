@@ -8,7 +8,7 @@ use evpose_core::stats::interval::{Interval, wilson};
 use evpose_core::{EventStream, Micros, TimeWindow};
 use serde::Serialize;
 
-use super::Spec;
+use super::{Source, Spec};
 use crate::GapError;
 use crate::surrogate::scene_free::{quiet_share, test_recording};
 use crate::surrogate::{SceneFreeEffect, SceneFreeFindings};
@@ -121,23 +121,25 @@ impl CameraRecording {
 
     /// Reads a quantity; `hot` pixels are hot in all recordings.
     pub(super) fn read(&self, spec: &Spec, hot: usize) -> Reading {
-        let Spec(name, [effect, parameter], ..) = *spec;
-        match (name, self.noise.as_ref().filter(|_| self.is_at_rest)) {
+        let noise = self.noise.as_ref().filter(|_| self.is_at_rest);
+        match (spec.source, spec.name, noise) {
             // Where something moves, some pixels see more of it than their neighbours.
-            (_, None) if name.starts_with("hot_") => self.unknown(MOVES),
-            ("hot_fraction", _) if self.effect("hot_pixels").is_some() => {
+            (_, name, None) if name.starts_with("hot_") => self.unknown(MOVES),
+            (Source::Effect(name, parameter, resolution), ..) => {
+                self.of_effect([name, parameter], resolution)
+            }
+            (Source::Nothing(why), ..) => self.unknown(why),
+            (_, "hot_fraction", _) if self.effect("hot_pixels").is_some() => {
                 let pixels = self.events.sensor().pixels();
                 let (low, high) = wilson(hot, pixels);
                 let estimate = hot as f64 / pixels as f64;
                 self.known(Interval { estimate, low: Some(low), high: Some(high) })
             }
-            ("hot_fraction", _) => self.unknown(self.why_not("hot_pixels")),
-            _ if !effect.is_empty() => self.of_effect(spec),
-            _ if !parameter.is_empty() => self.unknown(parameter),
-            (_, None) => self.unknown(MOVES),
-            ("background_on_hz", Some(noise)) => self.known(self.rate(noise, |one| one.on_hz)),
-            ("background_off_hz", Some(noise)) => self.known(self.rate(noise, |one| one.off_hz)),
-            (_, Some(noise)) => {
+            (_, "hot_fraction", _) => self.unknown(self.why_not("hot_pixels")),
+            (.., None) => self.unknown(MOVES),
+            (_, "background_on_hz", Some(noise)) => self.known(self.rate(noise, |one| one.on_hz)),
+            (_, "background_off_hz", Some(noise)) => self.known(self.rate(noise, |one| one.off_hz)),
+            (.., Some(noise)) => {
                 self.leak(self.rate(noise, |one| one.on_hz), self.rate(noise, |one| one.off_hz))
             }
         }
@@ -148,7 +150,7 @@ impl CameraRecording {
         untestable.map_or("not significant, or halves of a recording differ", |one| &one.why)
     }
 
-    fn of_effect(&self, &Spec(_, [name, parameter], [relative, absolute], ..): &Spec) -> Reading {
+    fn of_effect(&self, [name, parameter]: [&str; 2], [relative, absolute]: [f64; 2]) -> Reading {
         let is_lamp = name == "lamp_flicker";
         if !is_lamp && self.has_lamp() {
             return self.unknown("harmonics of the lamp look like it");

@@ -89,8 +89,10 @@ impl Forward<'_> {
 
     /// The selection with the formula of those places that are alike in the recording.
     fn in_its_place(&self, with: &Selection) -> Result<Selection, GapError> {
-        let own = with.model.effect(FORMULA).and_then(Term::of);
-        let terms = own.map(of_places).unwrap_or_default();
+        let Some(own) = with.model.effect(FORMULA).and_then(Term::of) else {
+            return Ok(with.clone());
+        };
+        let terms = of_places(own);
         if terms.is_empty() {
             return Ok(with.clone());
         }
@@ -108,7 +110,7 @@ impl Forward<'_> {
         }
         let models: Vec<_> = trials.iter().map(|(_, trial)| trial.added_to(&without)).collect();
         let squares = unlikeness(&self.splits.train, &models, &without)?;
-        let is_own = |i: &usize| own.is_some_and(|own| std::ptr::eq(own, trials[*i].0));
+        let is_own = |i: &usize| std::ptr::eq(own, trials[*i].0);
         let own_square = (0..trials.len()).find(is_own).map_or(f64::INFINITY, |i| squares[i]);
         if own_square < MIN_SQUARE {
             return Ok(with.clone());

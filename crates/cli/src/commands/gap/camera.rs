@@ -3,6 +3,7 @@
 use anyhow::{Context, Result};
 use evpose_gap::camera::{CameraRecording, CameraReport};
 use evpose_gap::input::load_recording;
+use serde::Serialize;
 
 use super::args::CameraArgs;
 use crate::bad_input::BadInput;
@@ -10,7 +11,17 @@ use crate::json::write_result;
 use crate::outputs::write_file;
 use crate::pages::gap_camera;
 use crate::progress::{say, spinner};
+use crate::run_info::COMMIT;
 use crate::threads::use_threads;
+
+/// Content of the JSON file.
+#[derive(Serialize)]
+struct Written<'a> {
+    version: &'static str,
+    commit: &'static str,
+    #[serde(flatten)]
+    report: &'a CameraReport,
+}
 
 pub(super) fn run(args: &CameraArgs) -> Result<()> {
     use_threads(args.threads)?;
@@ -18,7 +29,9 @@ pub(super) fn run(args: &CameraArgs) -> Result<()> {
     let dir = &args.out;
     std::fs::create_dir_all(dir).with_context(|| format!("creating {}", dir.display()))?;
     write_file(&dir.join("camera.toml"), report.preset())?;
-    write_result(&dir.join("camera.json"), &report)?;
+    let version = env!("CARGO_PKG_VERSION");
+    let written = Written { version, commit: COMMIT, report: &report };
+    write_result(&dir.join("camera.json"), &written)?;
     write_file(&dir.join("camera.html"), gap_camera::page(&report)?)?;
     for one in &report.recordings {
         let state = if one.is_at_rest { ", at rest" } else { "" };
