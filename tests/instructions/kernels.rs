@@ -7,8 +7,8 @@ use evpose_core::{CounterRng, Event, EventStream, Micros, Polarity, SensorSize};
 use evpose_io::FORMATS;
 use evpose_kernels::Level;
 use evpose_kernels::blocked::{
-    Activation, Conv, ConvShape, Depthwise, DepthwiseShape, Image, Scratch, ThreadPool, TileSize,
-    Winograd,
+    Activation, Conv, ConvShape, Depthwise, DepthwiseShape, Image, Scratch, TensorViewMut,
+    ThreadPool, TileSize, Winograd,
 };
 use evpose_kernels::training;
 use evpose_repr::{ChannelOrder, StreamWindow, representation_by_name};
@@ -94,7 +94,9 @@ fn depthwise() -> Result<Run> {
     input.copy_from_nchw(&values(144 * 24 * 24));
     let mut output = Image::zeros(144, 24, 24, 2);
     let pool = ThreadPool::new(1);
-    Ok(Box::new(move || conv.run(&pool, &input, Activation::Relu6, &mut output)))
+    Ok(Box::new(move || {
+        conv.run(&pool, &input, Activation::Relu6, TensorViewMut::F32(&mut output))
+    }))
 }
 
 fn weight_gradient() -> Result<Run> {

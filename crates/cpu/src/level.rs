@@ -22,7 +22,7 @@ pub enum Level {
     /// AVX2 and FMA: eight `f32` in a register.
     #[cfg(target_arch = "x86_64")]
     Avx2,
-    /// AVX-512F: sixteen `f32` in a register.
+    /// AVX-512F and BW: sixteen `f32` in a register.
     #[cfg(target_arch = "x86_64")]
     Avx512,
 }
@@ -35,7 +35,10 @@ impl Level {
         {
             // x86-64-v3: the standard library keeps the result of the first detection.
             let has_avx2 = pulp::x86::V3::try_new().is_some();
-            if has_avx2 && is_x86_feature_detected!("avx512f") {
+            if has_avx2
+                && is_x86_feature_detected!("avx512f")
+                && is_x86_feature_detected!("avx512bw")
+            {
                 levels.push(Self::Avx512);
             }
             if has_avx2 {
@@ -65,9 +68,7 @@ impl Level {
     #[inline]
     pub(crate) fn has_vnni(self) -> bool {
         #[cfg(target_arch = "x86_64")]
-        return self == Self::Avx512
-            && is_x86_feature_detected!("avx512vnni")
-            && is_x86_feature_detected!("avx512bw");
+        return self == Self::Avx512 && is_x86_feature_detected!("avx512vnni");
         #[cfg(not(target_arch = "x86_64"))]
         false
     }
@@ -94,9 +95,7 @@ impl Level {
     #[inline]
     pub(crate) fn has_bf16(self) -> bool {
         #[cfg(target_arch = "x86_64")]
-        return self == Self::Avx512
-            && is_x86_feature_detected!("avx512bf16")
-            && is_x86_feature_detected!("avx512bw");
+        return self == Self::Avx512 && is_x86_feature_detected!("avx512bf16");
         #[cfg(not(target_arch = "x86_64"))]
         false
     }

@@ -50,6 +50,7 @@ impl Planner<'_> {
             && has_layout
             && other.inputs[0] == one.output
             && value.storage.is_f32()
+            && self.values[other.output].storage.is_f32()
             && one.step.is_link()
             && other.step.is_link()
             && channels * height * width * size_of::<f32>() >= MIN_VALUE_BYTES

@@ -2,7 +2,7 @@
 
 use evpose_kernels::Level;
 use evpose_kernels::blocked::LowPrecisionType;
-use evpose_nn::graph::{Activation, Graph, NodeId, Operation};
+use evpose_nn::graph::{Activation, ConvLayer, Graph, NodeId, Operation};
 
 use crate::InferError;
 use crate::buffer::StorageType;
@@ -222,9 +222,23 @@ impl<'a> Planner<'a> {
                 has_kernel && node.inputs.contains(&id)
             }
             FusedOp::Add { inputs, .. } => inputs.contains(&id),
-            FusedOp::Conv { conv, .. } => self.graph.nodes[*conv].inputs.contains(&id),
+            FusedOp::Conv { conv, .. } => {
+                let node = &self.graph.nodes[*conv];
+                matches!(&node.operation, Operation::Conv(layer) if self.reads_low_precision(layer))
+                    && node.inputs.contains(&id)
+            }
         };
         self.fused.iter().enumerate().any(takes)
+    }
+
+    /// Whether a convolution is one of low precision. Depthwise ones of bf16 read f32, of which nothing has to be
+    /// converted at each tap.
+    fn reads_low_precision(&self, layer: &ConvLayer) -> bool {
+        match self.precision {
+            Precision::F32 => false,
+            Precision::Bf16 => layer.groups == 1,
+            Precision::Int8 => true,
+        }
     }
 
     /// The value that the step of a node writes.
@@ -293,7 +307,7 @@ impl<'a> Planner<'a> {
         // Kernels of low precision are those of square windows that keep the size.
         let [_, _, kernel, across] = layer.shape;
         let is_square = kernel == across && kernel % 2 == 1 && layer.padding == [kernel / 2; 4];
-        let is_low_precision = self.precision != Precision::F32 && height * width > 1 && is_square;
+        let is_low_precision = height * width > 1 && is_square && self.reads_low_precision(layer);
         let input = self.value_as(node.inputs[0], is_low_precision)?;
         let storage = self.values[input].storage;
         let step = Step::conv(

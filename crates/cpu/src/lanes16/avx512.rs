@@ -3,14 +3,25 @@
 use std::arch::x86_64::{
     __m512, _MM_HINT_T1, _mm_loadu_si128, _mm_prefetch, _mm_storeu_si128, _mm256_loadu_si256,
     _mm256_storeu_si256, _mm512_add_epi32, _mm512_add_ps, _mm512_and_si512, _mm512_castps_si512,
-    _mm512_castsi512_ps, _mm512_cvtepi8_epi32, _mm512_cvtepi32_epi16, _mm512_cvtepi32_ps,
+    _mm512_castsi512_ps, _mm512_castsi512_si256, _mm512_cvtepi8_epi32, _mm512_cvtepi32_ps,
     _mm512_cvtepu8_epi32, _mm512_cvtepu16_epi32, _mm512_cvtps_epi32, _mm512_cvtusepi32_epi8,
-    _mm512_fmadd_ps, _mm512_loadu_ps, _mm512_max_ps, _mm512_min_ps, _mm512_mul_ps,
-    _mm512_set1_epi32, _mm512_set1_ps, _mm512_setzero_ps, _mm512_slli_epi32, _mm512_srli_epi32,
-    _mm512_storeu_ps, _mm512_sub_ps,
+    _mm512_fmadd_ps, _mm512_loadu_ps, _mm512_loadu_si512, _mm512_max_ps, _mm512_min_ps,
+    _mm512_mul_ps, _mm512_permutexvar_epi16, _mm512_set1_epi32, _mm512_set1_ps, _mm512_setzero_ps,
+    _mm512_slli_epi32, _mm512_srli_epi32, _mm512_storeu_ps, _mm512_sub_ps,
 };
 
 use super::Lanes16;
+
+/// Indices of the upper halves of 32 bits, side by side in the lower half of a register.
+const UPPER_HALVES: [u16; 32] = {
+    let mut indices = [0; 32];
+    let mut lane = 0;
+    while lane < 16 {
+        indices[lane] = 2 * lane as u16 + 1;
+        lane += 1;
+    }
+    indices
+};
 
 /// One register of sixteen `f32`.
 #[derive(Clone, Copy)]
@@ -86,8 +97,10 @@ impl Lanes16 for Zmm {
             // Half a unit in the last place, less one bit where the kept part is even: ties to even.
             let odd = _mm512_and_si512(_mm512_srli_epi32::<16>(bits), _mm512_set1_epi32(1));
             let half = _mm512_add_epi32(odd, _mm512_set1_epi32(0x7FFF));
-            let halves = _mm512_srli_epi32::<16>(_mm512_add_epi32(bits, half));
-            _mm256_storeu_si256(to.cast(), _mm512_cvtepi32_epi16(halves));
+            let rounded = _mm512_add_epi32(bits, half);
+            let upper = _mm512_loadu_si512(UPPER_HALVES.as_ptr().cast());
+            let halves = _mm512_permutexvar_epi16(upper, rounded);
+            _mm256_storeu_si256(to.cast(), _mm512_castsi512_si256(halves));
         }
     }
 

@@ -150,9 +150,9 @@ unsafe fn run_avx2(kernel: &impl Kernel16) {
 }
 
 /// # Safety
-/// That of the kernel, on a processor with AVX-512F, AVX2 and FMA.
+/// That of the kernel, on a processor with AVX-512F, AVX-512BW, AVX2 and FMA.
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx2,fma")]
+#[target_feature(enable = "avx512f,avx512bw,avx2,fma")]
 unsafe fn run_avx512(kernel: &impl Kernel16) {
     // SAFETY: the caller's.
     unsafe { kernel.run::<avx512::Zmm>() }

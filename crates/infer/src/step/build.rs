@@ -2,8 +2,8 @@
 
 use evpose_kernels::Level;
 use evpose_kernels::blocked::{
-    Conv, ConvShape, Depthwise, DepthwiseShape, LowPrecisionConv, LowPrecisionDepthwise, MaxPool,
-    NchwConv, Winograd,
+    Conv, ConvShape, Depthwise, DepthwiseShape, LowPrecisionConv, LowPrecisionType, MaxPool,
+    NchwConv, QuantizedDepthwise, Winograd,
 };
 use evpose_nn::graph::{Activation, ConvLayer, LinearLayer, Node, Operation};
 
@@ -129,10 +129,9 @@ impl Step {
             ));
         }
         let shape = DepthwiseShape { channels: channels_out, kernel, stride };
-        if let StorageType::LowPrecision(element_type) = storage {
-            let conv =
-                LowPrecisionDepthwise::new(shape, &conv.weight, &conv.bias, element_type, level);
-            return Ok(Self::LowPrecisionDepthwise(conv, element_type, activation));
+        if let StorageType::LowPrecision(LowPrecisionType::Uint8(params)) = storage {
+            let conv = QuantizedDepthwise::new(shape, &conv.weight, &conv.bias, params, level);
+            return Ok(Self::QuantizedDepthwise(conv, activation));
         }
         let conv = Depthwise::new(shape, &conv.weight, &conv.bias, level);
         Ok(Self::Depthwise(conv, activation))

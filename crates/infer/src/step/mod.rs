@@ -9,8 +9,8 @@ mod build;
 mod run;
 
 use evpose_kernels::blocked::{
-    Chain, Conv, Depthwise, Link, LowPrecisionConv, LowPrecisionDepthwise, LowPrecisionType,
-    MaxPool, NchwConv, TileSize, Winograd,
+    Chain, Conv, Depthwise, Link, LowPrecisionConv, LowPrecisionType, MaxPool, NchwConv,
+    QuantizedDepthwise, TileSize, Winograd,
 };
 use evpose_nn::graph::Activation;
 
@@ -40,7 +40,7 @@ pub(crate) enum Step {
     /// Several fused steps.
     Chain(Chain),
     LowPrecisionConv(LowPrecisionConv, LowPrecisionType, Activation),
-    LowPrecisionDepthwise(LowPrecisionDepthwise, LowPrecisionType, Activation),
+    QuantizedDepthwise(QuantizedDepthwise, Activation),
     LowPrecisionMaxPool(MaxPool),
     LowPrecisionUpsample,
     /// Of two inputs of any storage types; of one input, a conversion.
@@ -68,8 +68,7 @@ impl Step {
                 }
             }
             Self::Depthwise(..) => "depthwise",
-            Self::LowPrecisionDepthwise(_, LowPrecisionType::Bf16, _) => "depthwise bf16",
-            Self::LowPrecisionDepthwise(_, LowPrecisionType::Uint8(_), _) => "depthwise int8",
+            Self::QuantizedDepthwise(..) => "depthwise int8",
             Self::MaxPool(_) | Self::LowPrecisionMaxPool(_) => "max-pool",
             Self::AvgPool => "mean",
             Self::Flatten => "flatten",
@@ -94,7 +93,7 @@ impl Step {
                 | Self::Winograd(..)
                 | Self::Depthwise(..)
                 | Self::LowPrecisionConv(..)
-                | Self::LowPrecisionDepthwise(..)
+                | Self::QuantizedDepthwise(..)
         )
     }
 
@@ -102,8 +101,9 @@ impl Step {
         matches!(
             self,
             Self::NchwConv(..)
+                | Self::Depthwise(..)
                 | Self::LowPrecisionConv(..)
-                | Self::LowPrecisionDepthwise(..)
+                | Self::QuantizedDepthwise(..)
                 | Self::LowPrecisionAdd(_)
         )
     }
@@ -140,7 +140,7 @@ impl Step {
             Self::Winograd(..) => 1,
             Self::Depthwise(conv, _) => conv.shape().kernel / 2,
             Self::LowPrecisionConv(conv, ..) => conv.shape().border(),
-            Self::LowPrecisionDepthwise(conv, ..) => conv.shape().kernel / 2,
+            Self::QuantizedDepthwise(conv, ..) => conv.shape().kernel / 2,
             _ => 0,
         }
     }

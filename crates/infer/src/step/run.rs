@@ -49,7 +49,10 @@ impl Step {
             Self::NchwConv(conv, activation) => {
                 conv.run(thread_pool, inputs[0].nchw(), *activation, output.view_mut());
             }
-            Self::LowPrecisionDepthwise(conv, _, activation) => {
+            Self::Depthwise(conv, activation) => {
+                conv.run(thread_pool, inputs[0].f32(), *activation, output.view_mut());
+            }
+            Self::QuantizedDepthwise(conv, activation) => {
                 conv.run(thread_pool, inputs[0].low_precision(), *activation, output.view_mut());
             }
             Self::LowPrecisionMaxPool(pool) => {
@@ -97,7 +100,6 @@ impl Step {
             Self::Winograd(conv, activation) => {
                 conv.run(thread_pool, input, other, *activation, output, scratch);
             }
-            Self::Depthwise(conv, activation) => conv.run(thread_pool, input, *activation, output),
             Self::MaxPool(pool) => pool.run(thread_pool, level, input, output),
             Self::AvgPool => adaptive_avg_pool(thread_pool, level, input, output),
             Self::Flatten => flatten(input, output),
@@ -116,7 +118,8 @@ impl Step {
             Self::Chain(_)
             | Self::NchwConv(..)
             | Self::LowPrecisionConv(..)
-            | Self::LowPrecisionDepthwise(..)
+            | Self::Depthwise(..)
+            | Self::QuantizedDepthwise(..)
             | Self::LowPrecisionMaxPool(_)
             | Self::LowPrecisionUpsample
             | Self::LowPrecisionAdd(_) => unreachable!("steps on other storage types"),

@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use super::blocks::{block_groups, pad_to_blocks};
+use super::blocks::{block_groups, pad_to_blocks, rows_by_group};
 use super::conv_shape::ConvShape;
 use super::image::{Image, Line};
 use super::lines::Lines;
@@ -106,10 +106,11 @@ impl Conv {
         dst: F32Dst,
         rows: usize,
     ) {
-        let groups = 0..self.block_groups().len();
-        let exec = ConvExec { conv: self, src, residual, activation, dst, groups, rows: 0..rows };
-        // SAFETY: the caller's.
-        unsafe { exec.run() };
+        let exec = ConvExec { conv: self, src, residual, activation, dst };
+        for group in 0..self.block_groups().len() {
+            // SAFETY: the caller's.
+            unsafe { exec.run(group, 0..rows) };
+        }
     }
 
     fn block_groups(&self) -> impl ExactSizeIterator<Item = Range<usize>> + use<> {
@@ -141,30 +142,23 @@ impl Conv {
         let (src, residual) = (input.src(), residual.map(Image::src));
         let dst = output.dst();
         thread_pool.run(&|part: Part| {
-            // Split by channels if that balances, as each thread then reads only its own weights;
-            // else by rows.
-            let (groups, rows) = if groups.is_multiple_of(part.count) {
-                (part.chunk(groups), 0..rows)
-            } else {
-                (0..groups, part.chunk(rows))
-            };
-            let exec = ConvExec { conv: self, src, residual, activation, dst, groups, rows };
-            // SAFETY: sizes were compared above, outputs of the parts are disjoint, and the level
-            // is one of this processor's.
-            unsafe { exec.run() };
+            let exec = ConvExec { conv: self, src, residual, activation, dst };
+            for (group, rows) in rows_by_group(part, groups, rows) {
+                // SAFETY: sizes were compared above, outputs of the parts are disjoint, and the level
+                // is one of this processor's.
+                unsafe { exec.run(group, rows) };
+            }
         });
     }
 }
 
-/// Execution of a convolution on some output rows of some groups of output channels.
+/// Execution of a convolution.
 struct ConvExec<'a> {
     conv: &'a Conv,
     src: F32Src,
     residual: Option<F32Src>,
     activation: Activation,
     dst: F32Dst,
-    groups: Range<usize>,
-    rows: Range<usize>,
 }
 
 /// Kernel for one group of `B` channel blocks, with `PIXEL` values from an input pixel to the next.
@@ -172,45 +166,41 @@ struct ConvExec<'a> {
 /// LLVM spills half of the accumulators.
 struct GroupKernel<'a, const B: usize, const STRIDE: usize, const PIXEL: usize> {
     exec: &'a ConvExec<'a>,
+    rows: Range<usize>,
     block_out: usize,
     /// Index of the first line of the group's weights.
     first: usize,
 }
 
 impl ConvExec<'_> {
-    /// Runs the kernel of each group.
+    /// Runs the kernel of a group on some rows.
     ///
     /// # Safety
     /// The windows of these rows are readable, the rows writable by nobody else, and those of the
     /// residual readable; the level is one of this processor's.
-    unsafe fn run(&self) {
-        let mut first = 0;
-        for (group, blocks) in self.conv.block_groups().enumerate() {
-            // Weights of the groups follow each other.
-            let lines = self.conv.shape.channels_in * self.conv.shape.taps() * blocks.len();
-            let block_out = blocks.start;
-            // Constants, so that the compiler unrolls each kernel.
-            macro_rules! run {
-                ($b:literal, $stride:literal, $pixel:expr) => {{
-                    let kernel =
-                        GroupKernel::<$b, $stride, $pixel> { exec: self, block_out, first };
-                    // SAFETY: the caller's.
-                    unsafe { self.conv.level.run(&kernel) }
-                }};
-            }
-            if self.groups.contains(&group) {
-                match (blocks.len(), self.conv.shape.stride, self.src.is_nchw) {
-                    (1, 1, false) => run!(1, 1, LANES),
-                    (1, _, false) => run!(1, 2, LANES),
-                    (_, 1, false) => run!(2, 1, LANES),
-                    (_, _, false) => run!(2, 2, LANES),
-                    (1, 1, true) => run!(1, 1, 1),
-                    (1, _, true) => run!(1, 2, 1),
-                    (_, 1, true) => run!(2, 1, 1),
-                    (_, _, true) => run!(2, 2, 1),
-                }
-            }
-            first += lines;
+    unsafe fn run(&self, group: usize, rows: Range<usize>) {
+        let Conv { shape, blocks_per_group, .. } = *self.conv;
+        let block_out = group * blocks_per_group;
+        let blocks = blocks_per_group.min(shape.channels_out.div_ceil(LANES) - block_out);
+        let first = shape.channels_in * shape.taps() * block_out;
+        // Constants, so that the compiler unrolls each kernel.
+        macro_rules! run {
+            ($b:literal, $stride:literal, $pixel:expr) => {{
+                let kernel =
+                    GroupKernel::<$b, $stride, $pixel> { exec: self, rows, block_out, first };
+                // SAFETY: the caller's.
+                unsafe { self.conv.level.run(&kernel) }
+            }};
+        }
+        match (blocks, shape.stride, self.src.is_nchw) {
+            (1, 1, false) => run!(1, 1, LANES),
+            (1, _, false) => run!(1, 2, LANES),
+            (_, 1, false) => run!(2, 1, LANES),
+            (_, _, false) => run!(2, 2, LANES),
+            (1, 1, true) => run!(1, 1, 1),
+            (1, _, true) => run!(1, 2, 1),
+            (_, 1, true) => run!(2, 1, 1),
+            (_, _, true) => run!(2, 2, 1),
         }
     }
 }
@@ -220,7 +210,7 @@ impl<const B: usize, const STRIDE: usize, const PIXEL: usize> Kernel
 {
     #[inline(always)]
     unsafe fn run<V: Lanes>(&self) {
-        let Self { exec, block_out, first } = *self;
+        let Self { exec, ref rows, block_out, first } = *self;
         let ConvShape { channels_in, kernel, padding, .. } = exec.conv.shape;
         let blocks_in = exec.conv.shape.blocks_in();
         let lines_per_block = exec.conv.shape.taps() * LANES * B;
@@ -256,7 +246,7 @@ impl<const B: usize, const STRIDE: usize, const PIXEL: usize> Kernel
             let init =
                 // Later chunks go on with the sums that the output holds.
                 if block_in == 0 { AccumulatorInit::Bias(bias) } else { AccumulatorInit::Dst };
-            for y in exec.rows.clone() {
+            for y in rows.clone() {
                 for x in (0..width).step_by(tile_width) {
                     let from = exec.src.corner(block_in, y * STRIDE, x * STRIDE, padding);
                     // SAFETY: the pixel is inside the output.
@@ -270,7 +260,7 @@ impl<const B: usize, const STRIDE: usize, const PIXEL: usize> Kernel
                         activation: exec.activation,
                     });
                     let pixels = tile_width.min(width - x);
-                    let tiles = tiles_per_row * exec.rows.len();
+                    let tiles = tiles_per_row * rows.len();
                     let share = Part { index: tile, count: tiles }.chunk(next.len());
                     let next = &next[share];
                     (window.prefetch, window.prefetch_lines) = (next.as_ptr().cast(), next.len());

@@ -11,7 +11,7 @@
 //! * [`MaxPool`], [`adaptive_avg_pool`], [`upsample`]: pooling and bilinear upsampling.
 //! * [`add`], [`affine`], [`sigmoid`]: elementwise operators; [`gather_channels`], [`flatten`]:
 //!   data movement.
-//! * [`LowPrecisionImage`], [`LowPrecisionConv`], [`LowPrecisionDepthwise`]: images and
+//! * [`LowPrecisionImage`], [`LowPrecisionConv`], [`QuantizedDepthwise`]: images and
 //!   convolutions in bf16 and quantised uint8; [`add_mixed_precision`], [`max_pool_low_precision`],
 //!   [`upsample_low_precision`]: the other operators on them.
 //! * [`reorder_from_nchw`], [`reorder_to_nchw`]: layout conversions.
@@ -54,9 +54,9 @@ pub use elementwise::{add, concat, flatten, gather_channels};
 pub use evpose_cpu::{Part, ThreadPool};
 pub use image::Image;
 pub use low_precision::{
-    LowPrecisionConv, LowPrecisionDepthwise, LowPrecisionImage, LowPrecisionType,
-    QuantizationParams, TensorView, TensorViewMut, add_mixed_precision, max_pool_low_precision,
-    reorder_from_nchw, reorder_to_nchw, upsample_low_precision,
+    LowPrecisionConv, LowPrecisionImage, LowPrecisionType, QuantizationParams, QuantizedDepthwise,
+    TensorView, TensorViewMut, add_mixed_precision, max_pool_low_precision, reorder_from_nchw,
+    reorder_to_nchw, upsample_low_precision,
 };
 pub use nchw::NchwImage;
 pub use nchw_conv::NchwConv;

@@ -222,7 +222,7 @@ proptest! {
             let shape = DepthwiseShape { channels, kernel, stride };
             let conv = Depthwise::new(shape, &weight, &bias, level);
             let mut output = Image::zeros(channels, out[0], out[1], 2);
-            conv.run(&thread_pool, &input, activation, &mut output);
+            conv.run(&thread_pool, &input, activation, TensorViewMut::F32(&mut output));
             let apart = max_abs_difference(&planes(&output), &expected);
             prop_assert!(apart < 5e-6, "{level}: {apart}");
             prop_assert!(output.is_zero_outside(), "{level}: the border is not zero");

@@ -1,8 +1,8 @@
-//! Depthwise convolution of bf16 and quantised images.
+//! Depthwise convolution of quantised images.
 
 use std::ops::Range;
 
-use super::image::{LowPrecisionImage, LowPrecisionType};
+use super::image::{LowPrecisionImage, LowPrecisionType, QuantizationParams};
 use super::quantized_weights::QuantizedWeights;
 use super::view::{DstView, RequantizingDst, TensorViewMut};
 use crate::blocked::ThreadPool;
@@ -10,22 +10,22 @@ use crate::blocked::blocks::pad_to_blocks;
 use crate::blocked::depthwise::DepthwiseShape;
 use crate::blocked::image::Line;
 use crate::blocked::tile::{Activation, activated};
-use crate::simd::dots::{Bf16, DotProduct, ReducedPrecision};
+use crate::simd::dots::{DotProduct, ReducedPrecision as _};
 use crate::simd::{LANES, Lanes, Level, ReducedDispatch as _, ReducedKernel};
 
 /// Pixels of a dot product of bytes: VNNI multiplies four bytes and adds them up in one
 /// instruction.
 const PIXELS_PER_ROW: usize = 4;
 
-/// A depthwise convolution with its weights packed.
+/// A depthwise convolution with its weights quantised and packed.
 #[derive(Debug, Clone)]
-pub struct LowPrecisionDepthwise {
+pub struct QuantizedDepthwise {
     shape: DepthwiseShape,
     level: Level,
-    input: LowPrecisionType,
-    /// `[block][ky][kx][16]`; quantised weights as integers in f32.
+    input: QuantizationParams,
+    /// `[block][ky][kx][16]`, integers in f32.
     weights: Vec<Line>,
-    /// For 3x3 int8 weights `[block][ky][even or odd output][channel][4]`: a row of three taps and
+    /// For 3x3 weights `[block][ky][even or odd output][channel][4]`: a row of three taps and
     /// a zero.
     rows: Vec<[i8; LANES * PIXELS_PER_ROW]>,
     /// Scale and bias of the sums, per channel.
@@ -33,8 +33,8 @@ pub struct LowPrecisionDepthwise {
     bias: Vec<Line>,
 }
 
-impl LowPrecisionDepthwise {
-    /// Packs `weight`, `[channels][kernel][kernel]`, and `bias`, `[channels]`, for inputs of type
+impl QuantizedDepthwise {
+    /// Packs `weight`, `[channels][kernel][kernel]`, and `bias`, `[channels]`, for inputs quantised by
     /// `input`.
     ///
     /// # Panics
@@ -43,7 +43,7 @@ impl LowPrecisionDepthwise {
         shape: DepthwiseShape,
         weight: &[f32],
         bias: &[f32],
-        input: LowPrecisionType,
+        input: QuantizationParams,
         level: Level,
     ) -> Self {
         let DepthwiseShape { channels, kernel, stride } = shape;
@@ -54,28 +54,14 @@ impl LowPrecisionDepthwise {
         assert_eq!(weight.len(), channels * kernel * kernel, "weights");
         assert_eq!(bias.len(), channels, "bias");
         let taps = kernel * kernel;
-        let mut rows = Vec::new();
-        let (weight, scales, bias): (Vec<f32>, _, _) = match input {
-            LowPrecisionType::Bf16 => {
-                // Rounded as for products of bf16, though they are held in f32.
-                let weight = weight.iter().map(|value| Bf16::nearest(*value).value()).collect();
-                (weight, vec![1.0; channels], bias.to_vec())
-            }
-            LowPrecisionType::Uint8(params) => {
-                let quantized = QuantizedWeights::new(weight, bias, params);
-                // Only kernels of 3 have instructions for rows of bytes; others multiply in f32.
-                if kernel == 3 {
-                    rows = pack_rows(&quantized.weight, channels);
-                }
-                let weight = quantized.weight.iter().map(|byte| f32::from(*byte)).collect();
-                (weight, quantized.scales, quantized.bias)
-            }
-        };
+        let QuantizedWeights { weight, scales, bias } = QuantizedWeights::new(weight, bias, input);
+        // Only kernels of 3 have instructions for rows of bytes; others multiply in f32.
+        let rows = if kernel == 3 { pack_rows(&weight, channels) } else { Vec::new() };
         // Lanes beyond the last channel stay zero.
         let mut weights = vec![Line::ZERO; channels.div_ceil(LANES) * taps];
         for (channel, kernel) in weight.chunks(taps).enumerate() {
-            for (tap, value) in kernel.iter().enumerate() {
-                weights[channel / LANES * taps + tap].0[channel % LANES] = *value;
+            for (tap, byte) in kernel.iter().enumerate() {
+                weights[channel / LANES * taps + tap].0[channel % LANES] = f32::from(*byte);
             }
         }
         let [scales, bias] = [pad_to_blocks(&scales), pad_to_blocks(&bias)];
@@ -90,7 +76,7 @@ impl LowPrecisionDepthwise {
     /// Writes `activation(conv(input))` to `output`.
     ///
     /// # Panics
-    /// If an image has another size, the input has another element type than the weights were
+    /// If an image has another size, the input is quantised otherwise than the weights were
     /// packed for, or its border is narrower than half a kernel.
     pub fn run(
         &self,
@@ -102,7 +88,7 @@ impl LowPrecisionDepthwise {
         let DepthwiseShape { channels, kernel, stride } = self.shape;
         let [channels_in, height, width] = input.size();
         assert_eq!(channels_in, channels, "channels");
-        assert_eq!(input.element_type(), self.input, "element type of the input");
+        assert_eq!(input.element_type(), LowPrecisionType::Uint8(self.input), "type of the input");
         assert!(input.border() >= kernel / 2, "a border as wide as half a kernel");
         let [rows_per_block, width] = [height, width].map(|side| side.div_ceil(stride));
         assert_eq!(output.size(), [channels, rows_per_block, width], "size of the output");
@@ -114,12 +100,7 @@ impl LowPrecisionDepthwise {
                 DepthwiseRows { conv: self, input, activation, to, rows_per_block, width, rows };
             // SAFETY: sizes were compared above, rows of the parts are disjoint, and the level is
             // one of this processor's.
-            unsafe {
-                match self.input {
-                    LowPrecisionType::Bf16 => Bf16::run(self.level, &kernel),
-                    LowPrecisionType::Uint8(_) => u8::run(self.level, &kernel),
-                }
-            }
+            unsafe { u8::run(self.level, &kernel) };
         });
     }
 }
@@ -142,7 +123,7 @@ fn pack_rows(weight: &[i8], channels: usize) -> Vec<[i8; LANES * PIXELS_PER_ROW]
 
 /// Kernel over a range of output rows, counted over all channel blocks.
 struct DepthwiseRows<'a> {
-    conv: &'a LowPrecisionDepthwise,
+    conv: &'a QuantizedDepthwise,
     input: &'a LowPrecisionImage,
     activation: Activation,
     to: DstView,
@@ -158,9 +139,9 @@ struct Epilogue<V> {
     scale_bias: [V; 2],
 }
 
-impl<S: ReducedPrecision> ReducedKernel<S> for DepthwiseRows<'_> {
+impl ReducedKernel<u8> for DepthwiseRows<'_> {
     #[inline(always)]
-    unsafe fn run<D: DotProduct<Element = S>>(&self) {
+    unsafe fn run<D: DotProduct<Element = u8>>(&self) {
         // SAFETY: the caller's.
         unsafe {
             match (self.conv.shape.kernel, self.conv.shape.stride) {

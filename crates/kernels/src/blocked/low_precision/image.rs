@@ -3,7 +3,7 @@
 use crate::blocked::image::{Line, OVERREAD};
 use crate::blocked::lines::Lines;
 use crate::simd::LANES;
-use crate::simd::dots::ReducedPrecision;
+use crate::simd::dots::{Bf16, ReducedPrecision};
 
 /// Largest quantised value.
 pub(super) const MAX_UINT8: f32 = 255.0;
@@ -60,6 +60,19 @@ pub struct LowPrecisionImage {
     element_type: LowPrecisionType,
     lines: Lines,
 }
+
+/// Destination view of an image of bf16. Pitches are in elements.
+#[derive(Clone, Copy)]
+pub(in crate::blocked) struct Bf16Dst {
+    pub(in crate::blocked) pixels: *mut Bf16,
+    pub(in crate::blocked) row_pitch: usize,
+    pub(in crate::blocked) block_pitch: usize,
+}
+
+// SAFETY: each part of a parallel region writes its own pixels through it.
+unsafe impl Send for Bf16Dst {}
+// SAFETY: as above.
+unsafe impl Sync for Bf16Dst {}
 
 impl LowPrecisionImage {
     /// A zero image with `border` pixels on each side.
@@ -165,6 +178,17 @@ impl LowPrecisionImage {
     /// Pointer to the first pixel.
     pub(super) fn first(&self) -> *const u8 {
         self.lines.as_ptr().cast::<u8>().wrapping_add(self.origin() * self.pixel_bytes())
+    }
+
+    /// Destination view of bf16.
+    ///
+    /// # Panics
+    /// If the elements are others.
+    pub(in crate::blocked) fn bf16_dst(&mut self) -> Bf16Dst {
+        assert_eq!(self.element_type(), LowPrecisionType::Bf16, "element type");
+        let [row_pitch, block_pitch] =
+            [self.row_pitch(), self.block_pitch()].map(|pixels| pixels * LANES);
+        Bf16Dst { pixels: self.first_mut().cast(), row_pitch, block_pitch }
     }
 
     /// Pointer to the first pixel, valid for writes to the whole image from there on.

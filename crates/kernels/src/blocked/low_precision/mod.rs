@@ -2,7 +2,7 @@
 //!
 //! * [`LowPrecisionImage`]: an image in nChw16c as [`Image`](super::Image), of bf16 or uint8.
 //! * [`TensorView`], [`TensorViewMut`]: references to an image of any element type.
-//! * [`LowPrecisionConv`], [`LowPrecisionDepthwise`]: convolutions, accumulated in f32 or int32.
+//! * [`LowPrecisionConv`], [`QuantizedDepthwise`]: convolutions, accumulated in f32 or int32.
 //! * [`max_pool_low_precision`], [`upsample_low_precision`]: resampling within one element type.
 //! * [`add_mixed_precision`]: sums of, and conversions between, any element types.
 //! * [`reorder_from_nchw`], [`reorder_to_nchw`]: layout conversions from and to nchw.
@@ -21,7 +21,8 @@ mod view;
 
 pub use add::add_mixed_precision;
 pub use conv::LowPrecisionConv;
-pub use depthwise::LowPrecisionDepthwise;
+pub use depthwise::QuantizedDepthwise;
+pub(super) use image::Bf16Dst;
 pub use image::{LowPrecisionImage, LowPrecisionType, QuantizationParams};
 pub use reorder::{reorder_from_nchw, reorder_to_nchw};
 pub use resample::{max_pool_low_precision, upsample_low_precision};

@@ -20,10 +20,13 @@ fn element_types() -> impl Strategy<Value = LowPrecisionType> {
     prop_oneof![
         Just(LowPrecisionType::Bf16),
         Just(LowPrecisionType::Uint8(QuantizationParams::from_range(0.0, 1.0))),
-        (-1.5_f32..-0.5, 0.5_f32..1.5).prop_map(|(low, high)| LowPrecisionType::Uint8(
-            QuantizationParams::from_range(low, high)
-        )),
+        quantization().prop_map(LowPrecisionType::Uint8),
     ]
+}
+
+/// Parameters of uint8 for values between -1 and 1.
+fn quantization() -> impl Strategy<Value = QuantizationParams> {
+    (-1.5_f32..-0.5, 0.5_f32..1.5).prop_map(|(low, high)| QuantizationParams::from_range(low, high))
 }
 
 /// An image of low precision with these values.
@@ -168,11 +171,12 @@ proptest! {
         stride in 1..3_usize,
         size in [1..14_usize, 1..40_usize],
         activation in activations(),
-        element_type in element_types(),
+        params in quantization(),
         threads in 1..4_usize,
         seed: u64,
     ) {
         let shape = DepthwiseShape { channels, kernel, stride };
+        let element_type = LowPrecisionType::Uint8(params);
         let input = random_values(seed, channels * size[0] * size[1]);
         let input = packed(&input, [channels, size[0], size[1]], kernel / 2, element_type);
         let weight = random_values(seed ^ 1, channels * kernel * kernel);
@@ -183,14 +187,21 @@ proptest! {
         // That one is held to sums in double precision.
         let whole = Depthwise::new(shape, &by, &bias, Level::Portable);
         let mut expected = Image::zeros(channels, out[0], out[1], 0);
-        whole.run(&thread_pool, &image(&from, channels, size, kernel / 2), activation, &mut expected);
+        let from = image(&from, channels, size, kernel / 2);
+        whole.run(&thread_pool, &from, activation, TensorViewMut::F32(&mut expected));
+        // What it writes in bf16 is rounded.
+        let mut rounded = LowPrecisionImage::zeros([channels, out[0], out[1]], 1, LowPrecisionType::Bf16);
+        whole.run(&thread_pool, &from, activation, TensorViewMut::LowPrecision(&mut rounded));
+        let nearest: Vec<f32> =
+            planes(&expected).iter().map(|value| Bf16::nearest(*value).value()).collect();
+        prop_assert_eq!(unpacked(&rounded), nearest);
         let expected: Vec<f64> = planes(&expected).into_iter().map(f64::from).collect();
         for level in Level::available() {
-            let conv = LowPrecisionDepthwise::new(shape, &weight, &bias, element_type, level);
+            let conv = QuantizedDepthwise::new(shape, &weight, &bias, params, level);
             let mut output = Image::zeros(channels, out[0], out[1], 1);
             conv.run(&thread_pool, &input, activation, TensorViewMut::F32(&mut output));
             let off = max_abs_difference(&planes(&output), &expected);
-            prop_assert!(off <= 3e-5, "{level} {element_type:?}: {off}");
+            prop_assert!(off <= 3e-5, "{level} {params:?}: {off}");
             prop_assert!(output.is_zero_outside());
         }
     }

@@ -49,7 +49,9 @@ fn alone(
         Link::Conv(conv, activation) => {
             conv.run(thread_pool, input, residual, *activation, &mut output);
         }
-        Link::Depthwise(conv, activation) => conv.run(thread_pool, input, *activation, &mut output),
+        Link::Depthwise(conv, activation) => {
+            conv.run(thread_pool, input, *activation, TensorViewMut::F32(&mut output));
+        }
         Link::MaxPool(pool) => pool.run(thread_pool, level, input, &mut output),
         Link::Nchw(..) => unreachable!("not drawn"),
     }

@@ -15,7 +15,7 @@ pub(super) use arithmetic::Arithmetic;
 use super::image::{LowPrecisionImage, LowPrecisionType};
 use super::quantized_weights::QuantizedWeights;
 use super::view::{DstView, SrcView, TensorView, TensorViewMut};
-use crate::blocked::blocks::{block_groups, pad_to_blocks};
+use crate::blocked::blocks::{block_groups, pad_to_blocks, rows_by_group};
 use crate::blocked::conv_shape::ConvShape;
 use crate::blocked::image::Line;
 use crate::blocked::tile::{Activation, activated};
@@ -162,48 +162,32 @@ impl ConvExec<'_> {
     fn run<S: ReducedDispatch + TileElement>(&self, thread_pool: &ThreadPool) {
         let (rows, groups) = (self.size[1], self.conv.block_groups().len());
         thread_pool.run(&|part: Part| {
-            // Split by channels if that balances, as each thread then reads only its own weights;
-            // else by rows.
-            let (groups, rows) = if groups.is_multiple_of(part.count) {
-                (part.chunk(groups), 0..rows)
-            } else {
-                (0..groups, part.chunk(rows))
-            };
-            self.run_groups::<S>(groups, &rows);
+            for (group, rows) in rows_by_group(part, groups, rows) {
+                self.run_group::<S>(group, rows);
+            }
         });
     }
 
-    /// Runs the kernel of each group on some rows.
-    fn run_groups<S: ReducedDispatch + TileElement>(
-        &self,
-        groups: Range<usize>,
-        rows: &Range<usize>,
-    ) {
+    /// Runs the kernel of a group on some rows.
+    fn run_group<S: ReducedDispatch + TileElement>(&self, group: usize, rows: Range<usize>) {
         let conv = self.conv;
         let block_bytes =
             conv.weights.steps * weight_vector_bytes::<S>(conv.arithmetic.depth::<S>(conv.level));
-        let all = size_of_val(&conv.weights.lines[..]);
-        let mut first = 0;
-        for (group, blocks) in conv.block_groups().enumerate() {
-            let bytes = block_bytes * blocks.len();
-            if groups.contains(&group) {
-                let weights = conv.weights.lines.as_ptr().cast::<u8>().wrapping_add(first);
-                let rows = rows.clone();
-                match conv.arithmetic {
-                    Arithmetic::Vectors => {
-                        // Prefetching may go on into the next group's weights, not behind the last.
-                        let left = all - first - bytes;
-                        self.run_vectors::<S>(blocks, rows, weights, [bytes, left]);
-                    }
-                    #[cfg(target_arch = "x86_64")]
-                    Arithmetic::Amx => self.run_tiles::<S, Amx>(blocks, rows, weights),
-                    #[cfg(test)]
-                    Arithmetic::EmulatedAmx => {
-                        self.run_tiles::<S, EmulatedTiles>(blocks, rows, weights);
-                    }
-                }
+        let first_block = group * conv.blocks_per_group;
+        let last_block = conv.shape.channels_out.div_ceil(LANES);
+        let blocks = first_block..last_block.min(first_block + conv.blocks_per_group);
+        let (first, bytes) = (block_bytes * first_block, block_bytes * blocks.len());
+        let weights = conv.weights.lines.as_ptr().cast::<u8>().wrapping_add(first);
+        match conv.arithmetic {
+            Arithmetic::Vectors => {
+                // Prefetching may go on into the next group's weights, not behind the last.
+                let left = size_of_val(&conv.weights.lines[..]) - first - bytes;
+                self.run_vectors::<S>(blocks, rows, weights, [bytes, left]);
             }
-            first += bytes;
+            #[cfg(target_arch = "x86_64")]
+            Arithmetic::Amx => self.run_tiles::<S, Amx>(blocks, rows, weights),
+            #[cfg(test)]
+            Arithmetic::EmulatedAmx => self.run_tiles::<S, EmulatedTiles>(blocks, rows, weights),
         }
     }
 
