@@ -15,7 +15,7 @@ pub enum HandHead {
 
 impl HandHead {
     /// The backbone of networks of joints, as configs name it.
-    pub const BACKBONE: &'static str = "mobilenet_v2";
+    pub const BACKBONE: &'static str = "resnet18";
 
     /// Whether it is the default.
     pub(crate) fn is_default(&self) -> bool {

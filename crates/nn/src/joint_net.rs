@@ -3,30 +3,30 @@
 //! The image of a finger lies where the finger is. A regressor has to carry it from there into
 //! one vector; here it stays in its cell.
 
-use burn::module::{Module, Param};
-use burn::nn::Linear;
-use burn::nn::pool::{AdaptiveAvgPool2d, AdaptiveAvgPool2dConfig};
+use burn::module::{Initializer as BurnInitializer, Module, Param};
+use burn::nn::conv::{Conv2d, Conv2dConfig};
+use burn::nn::pool::{AdaptiveAvgPool2d, AdaptiveAvgPool2dConfig, MaxPool2d};
+use burn::nn::{Linear, PaddingConfig2d};
 use burn::tensor::{Device, Tensor, TensorData};
 use evpose_pose::EVALUATION_JOINTS;
 use serde::{Deserialize, Serialize};
 
 use crate::NnError;
-use crate::channels::check_width;
+use crate::backbone::resnet::{BasicBlock, NARROWEST, PUBLISHED_CHANNELS, stage, stem_pool};
+use crate::channels::{check_width, scaled};
+use crate::conv_norm::{ConvNorm, ConvNormConfig};
 use crate::graph::Graph;
 use crate::hand_regressor::EVENT_CHANNELS;
 use crate::initializer::{Initializer, seeded};
 use crate::linear::linear;
-use crate::move_enet::NARROWEST;
-use crate::move_enet::backbone::{Pyramid, PyramidConfig, channels};
-use crate::move_enet::heads::Head;
 use crate::net_ops::{NetOps, VectorOps};
 use crate::ops::{self, Blocked};
 use crate::parameters::trained_count;
 
-/// Hidden channels for each channel of an inverted residual's input, as of MoveEnet.
-const EXPANSION: usize = 6;
-/// Repetitions of the last stage's residual. MoveEnet keeps its weights and never uses them.
-const LAST_REPETITIONS: usize = 1;
+/// Basic blocks of each stage. Of ResNet-18's two in the last stage, half of all weights, one is left.
+const BLOCKS: [usize; 4] = [2, 2, 2, 1];
+/// Channels of the pyramid at width 1. All joints pass through one cell of it: with 24, as of MoveEnet, they do not fit.
+const PYRAMID_CHANNELS: usize = 128;
 /// Standard deviation of the last weights of both maps: heatmaps begin flat, and depths at the wrist's.
 const FIRST_DEVIATION: f32 = 0.01;
 
@@ -34,12 +34,12 @@ const FIRST_DEVIATION: f32 = 0.01;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct JointNetConfig {
-    /// Channels relative to the pyramid of MoveEnet as published, rounded to multiples of 8.
+    /// Channels relative to ResNet-18 as published.
     pub width: f32,
 }
 
 impl Default for JointNetConfig {
-    /// The width of MoveEnet as published.
+    /// The width of ResNet-18 as published.
     fn default() -> Self {
         Self { width: 1.0 }
     }
@@ -61,21 +61,53 @@ pub struct JointMaps {
 /// A network from event images to heatmaps and depth maps of the joints of a hand.
 ///
 /// # Model
-/// MoveEnet's pyramid with two channels of input, and two of its heads on the finest level. The mean of that
-/// level over the cells gives the presence.
+/// ResNet-18 with a block less down to a 32nd of the image, a feature pyramid of equally many channels on each level back up to a quarter,
+/// and two heads on its finest level. The mean of that level over the cells gives the presence.
 ///
 /// # Source
 /// Latent 2.5D heatmaps: Iqbal, Molchanov, Breuel, Gall, Kautz: *Hand Pose Estimation via Latent 2.5D
-/// Heatmap Regression*, ECCV 2018. Pyramid: Goyal et al.: *MoveEnet*, CVPRW 2023.
+/// Heatmap Regression*, ECCV 2018. Pyramid: Lin et al.: *Feature Pyramid Networks for Object Detection*, CVPR 2017.
 #[derive(Module, Debug)]
 pub struct JointNet {
-    pyramid: Pyramid,
+    stem: ConvNorm,
+    stem_pool: MaxPool2d,
+    stages: Vec<Vec<BasicBlock>>,
+    /// 1x1 from each stage to the channels of the pyramid, the finest first.
+    laterals: Vec<Conv2d>,
+    /// 3x3 behind each sum of two levels, the finest first.
+    smooth: Vec<ConvNorm>,
     heatmaps: Head,
     depths: Head,
     pool: AdaptiveAvgPool2d,
     presence: Linear,
     #[module(skip)]
     config: JointNetConfig,
+}
+
+/// 3x3 and 1x1 on the finest level.
+#[derive(Module, Debug)]
+struct Head {
+    hidden: ConvNorm,
+    last: Conv2d,
+}
+
+impl Head {
+    fn new(channels: usize, device: &Device) -> Self {
+        let hidden = ConvNormConfig::new(channels, channels, 3).init(device);
+        Self { hidden, last: pointwise(channels, EVALUATION_JOINTS.len(), device) }
+    }
+
+    fn forward<N: NetOps>(&self, input: N) -> N {
+        self.hidden.forward_relu(input).conv(&self.last)
+    }
+}
+
+/// A 1x1 convolution with a bias and without normalisation.
+fn pointwise(channels_in: usize, channels_out: usize, device: &Device) -> Conv2d {
+    Conv2dConfig::new([channels_in, channels_out], [1, 1])
+        .with_padding(PaddingConfig2d::Explicit(0, 0, 0, 0))
+        .with_initializer(BurnInitializer::Zeros)
+        .init(device)
 }
 
 impl JointNetConfig {
@@ -106,20 +138,27 @@ impl JointNetConfig {
 
     /// The network with all weights zero.
     pub(crate) fn zeros(&self, device: &Device) -> Result<JointNet, NnError> {
-        let width = self.width;
-        check_width(width, NARROWEST)?;
-        let pyramid = PyramidConfig {
-            channels_in: EVENT_CHANNELS,
-            width,
-            expansion: EXPANSION,
-            last_repetitions: LAST_REPETITIONS,
-        };
+        check_width(self.width, NARROWEST)?;
+        let [first, channels] =
+            [PUBLISHED_CHANNELS, PYRAMID_CHANNELS].map(|count| scaled(count, self.width));
+        let of_stage = |index: usize| first << index;
+        let stages = (0..).zip(BLOCKS);
         Ok(JointNet {
-            pyramid: Pyramid::new(pyramid, device),
-            heatmaps: Head::new(width, EVALUATION_JOINTS.len(), device),
-            depths: Head::new(width, EVALUATION_JOINTS.len(), device),
+            stem: ConvNormConfig::new(EVENT_CHANNELS, first, 7).with_stride(2).init(device),
+            stem_pool: stem_pool(),
+            laterals: (0..BLOCKS.len())
+                .map(|index| pointwise(of_stage(index), channels, device))
+                .collect(),
+            smooth: (1..BLOCKS.len())
+                .map(|_| ConvNormConfig::new(channels, channels, 3).init(device))
+                .collect(),
+            stages: stages
+                .map(|(index, blocks)| stage(of_stage(index), blocks, index > 0, device))
+                .collect(),
+            heatmaps: Head::new(channels, device),
+            depths: Head::new(channels, device),
             pool: AdaptiveAvgPool2dConfig::new([1, 1]).init(),
-            presence: linear(channels(width), 1, device),
+            presence: linear(channels, 1, device),
             config: *self,
         })
     }
@@ -156,9 +195,24 @@ impl JointNet {
     }
 
     fn forward_ops<N: NetOps>(&self, events: N) -> (N, N, N::Vector) {
-        let features = self.pyramid.forward(events);
+        let features = self.features(events);
         let presence = features.clone().avg_pool(&self.pool).linear(&self.presence);
         (self.heatmaps.forward(features.clone()), self.depths.forward(features), presence)
+    }
+
+    /// The finest level of the pyramid, a quarter of the image.
+    fn features<N: NetOps>(&self, events: N) -> N {
+        let mut x = self.stem.forward_relu(events).max_pool(&self.stem_pool);
+        let mut levels = Vec::with_capacity(BLOCKS.len());
+        for (stage, lateral) in self.stages.iter().zip(&self.laterals) {
+            x = stage.iter().fold(x, |x, block| block.forward(x));
+            levels.push(x.clone().conv(lateral));
+        }
+        let coarsest = levels.pop();
+        let finer = levels.into_iter().zip(&self.smooth).rev();
+        finer.fold(coarsest.expect("four stages"), |coarse, (level, smooth)| {
+            smooth.forward_relu(coarse.upsample().add(level))
+        })
     }
 
     /// The means of all features over the cells, of which the presence is a linear function.
@@ -167,7 +221,7 @@ impl JointNet {
     /// - events: as of [`Self::forward`]
     /// - output: `[batch, features]`
     pub fn presence_features(&self, events: Tensor<4>) -> Tensor<2> {
-        self.pyramid.forward(events).avg_pool(&self.pool)
+        self.features(events).avg_pool(&self.pool)
     }
 
     /// The network with this linear function for its presence: a weight for each feature, and the constant.
@@ -177,8 +231,8 @@ impl JointNet {
     #[must_use]
     pub fn with_presence(mut self, weights: Vec<f32>, constant: f32) -> Self {
         let device = self.presence.weight.device();
-        let weights =
-            Tensor::from_data(TensorData::new(weights, [channels(self.config.width), 1]), &device);
+        let shape = self.presence.weight.dims();
+        let weights = Tensor::from_data(TensorData::new(weights, shape), &device);
         self.presence.weight = Param::initialized(self.presence.weight.id, weights);
         self.presence.bias = self
             .presence

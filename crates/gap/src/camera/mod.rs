@@ -17,7 +17,7 @@ use serde::Serialize;
 use crate::GapError;
 pub use recording::{CameraRecording, Reading};
 
-/// What a quantity is read from.
+/// Source of a quantity.
 #[derive(Debug, Clone, Copy)]
 enum Source {
     /// Counts of events, by a method of its own.

@@ -17,14 +17,16 @@ use crate::net_ops::{NetOps, VectorOps};
 use crate::parameters::Slot;
 
 /// Channels of the first stage as published.
-const PUBLISHED_CHANNELS: usize = 64;
+pub(crate) const PUBLISHED_CHANNELS: usize = 64;
+/// Least width relative to that.
+pub(crate) const NARROWEST: f32 = 1.0 / 64.0;
 
 /// ResNet-18, the network of EventHands.
 pub(super) const RESNET18: BackboneSpec<ResNet> = BackboneSpec {
     name: "resnet18",
     about: "ResNet-18 (He et al. 2016), the network of EventHands",
     smallest_px: 1,
-    narrowest: 1.0 / 64.0,
+    narrowest: NARROWEST,
     build: |width, outputs, device| ResNet::new([2, 2, 2, 2], width, outputs, device),
 };
 
@@ -32,7 +34,7 @@ pub(super) const RESNET34: BackboneSpec<ResNet> = BackboneSpec {
     name: "resnet34",
     about: "ResNet-34 (He et al. 2016): as accurate, twice the work",
     smallest_px: 1,
-    narrowest: 1.0 / 64.0,
+    narrowest: NARROWEST,
     build: |width, outputs, device| ResNet::new([3, 4, 6, 3], width, outputs, device),
 };
 

@@ -30,6 +30,14 @@ impl Camera {
         Self { is_mirrored: !self.is_mirrored, ..self }
     }
 
+    /// The same camera with an image of other rows, and columns in proportion.
+    pub fn with_image(self, sensor: SensorSize) -> Self {
+        let scale = f32::from(sensor.height) / f32::from(self.sensor.height);
+        let Pinhole { focal_px, principal_px } = self.pinhole;
+        let pinhole = Pinhole { focal_px: scale * focal_px, principal_px: scale * principal_px };
+        Self { sensor, pinhole, ..self }
+    }
+
     /// Size of the image.
     pub fn sensor(&self) -> SensorSize {
         self.sensor

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use evpose_camera::Calibration;
 use evpose_clean::Denoise;
 use evpose_core::stats::bootstrap::BootstrapConfig;
 use evpose_core::{Micros, SensorSize};
@@ -17,9 +18,13 @@ use super::camera_turns::CameraTurnConfig;
 use super::detection::HandDetectionConfig;
 use super::slow_motion::SlowMotionConfig;
 use super::two_pass::TwoPassConfig;
+use super::view::canonical_view;
 use crate::experiment::require;
 use crate::schedule::{Schedule, TrainingPrecision};
 use crate::{Experiment, NetworkInput, TaskError};
+
+/// Rows of a fine view for each of a usual one.
+const FINER_VIEW: f32 = 2.0;
 
 /// The filter of joints: of one noise for all. With noises by score, joints of one hand lag by different times, and hands
 /// of others were further off in space than without a filter.
@@ -240,6 +245,21 @@ impl HandConfig {
         config
     }
 
+    /// The config for events of a camera. Crops for networks of joints are taken from a view of twice the rows and
+    /// columns, where the camera resolves them: pooled to the view that the networks are trained with, most of the
+    /// thin edges of slow fingers are gone.
+    #[must_use]
+    pub fn for_camera(&self, calibration: &Calibration) -> Self {
+        let mut config = self.clone();
+        let is_cropped = self.network.head == HandHead::Joints && self.two_pass.is_some();
+        let focal_px = calibration.camera.focal_px.min_element();
+        let view_px = f64::from(canonical_view(self).pinhole.focal_px);
+        if is_cropped && focal_px >= f64::from(FINER_VIEW) * view_px {
+            config.simulation.image_scale *= FINER_VIEW;
+        }
+        config
+    }
+
     /// Size of the network's images: of the canonical view, or of crops of it.
     pub fn network_size(&self) -> SensorSize {
         self.two_pass.map_or(self.simulation.image_size(), |two_pass| two_pass.size)
@@ -283,7 +303,7 @@ impl Experiment for HandConfig {
             JointNet::SIDE_MULTIPLE
         );
         require(&[
-            (!is_of_joints || has_pyramid, "network.backbone", "of joints is mobilenet_v2"),
+            (!is_of_joints || has_pyramid, "network.backbone", "of joints is resnet18"),
             (!is_of_joints || are_multiples, "network.head", not_multiples.as_str()),
             (
                 self.joint_loss.is_valid(),
@@ -342,6 +362,25 @@ mod tests {
         let text = format!("{HAND}[training]\nstepz = 3");
         let error = HandConfig::parse(&text, &[]).unwrap_err().to_string();
         assert!(error.contains("stepz"), "{error}");
+    }
+
+    #[test]
+    fn views_are_finer_before_cameras_of_many_pixels_for_networks_of_joints_alone() {
+        let view = |config: &HandConfig, width, height| {
+            let sensor = SensorSize { width, height };
+            let calibration = Calibration::from_vertical_fov(sensor, 45.0);
+            canonical_view(&config.for_camera(&calibration)).sensor
+        };
+        let text = "task = \"hand\"";
+        let size = "two_pass.size={ width = 128, height = 96 }";
+        let joints = ["network.head=joints".to_owned(), size.to_owned()];
+        let joints = HandConfig::parse(text, &joints).unwrap();
+        let regressor = HandConfig::parse(text, &["two_pass={}".to_owned()]).unwrap();
+        let usual = joints.simulation.image_size();
+        let finer = SensorSize { width: 2 * usual.width, height: 2 * usual.height };
+        assert_eq!(view(&joints, usual.width, usual.height), usual);
+        assert_eq!(view(&joints, 1280, 960), finer);
+        assert_eq!(view(&regressor, 1280, 960), usual);
     }
 
     #[test]

@@ -48,6 +48,7 @@ pub fn hand_stream<P: Predictor>(
     schedule: InferenceSchedule,
     batch: usize,
 ) -> Result<PoseStream<HandFrontend, HandWorker<P>>, TaskError> {
+    let config = &config.for_camera(calibration);
     let adaptor = ViewAdaptor::new(calibration, &canonical_view(config));
     let sensor = adaptor.view().sensor;
     let window = config.representation.window();

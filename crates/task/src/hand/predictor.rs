@@ -38,7 +38,7 @@ impl<P: Predictor + ?Sized> Predictor for &mut P {
     }
 }
 
-/// A network: on the CPU compiled, on other devices by Burn. With [`TwoPass`], it infers twice.
+/// A network: on the CPU compiled, on other devices by Burn. With [`TwoPass`], it infers the whole view and then crops.
 pub struct NetworkPredictor {
     backend: Backend,
     decoder: PoseDecoder,
@@ -181,14 +181,20 @@ impl Predictor for NetworkPredictor {
     ) -> Result<Vec<HandPose>, TaskError> {
         let whole = vec![PerspectiveCrop::WHOLE; inputs.len() / (2 * image_size.0 * image_size.1)];
         // Taken out while the network runs, which borrows the predictor as a whole.
-        let Some(two_pass) = self.two_pass.take() else {
+        let Some(mut two_pass) = self.two_pass.take() else {
             return self.infer(inputs, image_size, &whole, None);
         };
-        let poses = self.infer_crops(&two_pass, inputs, &whole).and_then(|first| {
-            let second: Vec<PerspectiveCrop> =
-                first.iter().map(|pose| two_pass.about(pose)).collect();
-            self.infer_crops(&two_pass, inputs, &second)
-        });
+        // Cameras of many pixels have a finer view.
+        let (height, width) = (image_size.0 as u16, image_size.1 as u16);
+        two_pass.set_view_size(SensorSize { width, height });
+        let mut poses = self.infer_crops(&two_pass, inputs, &whole);
+        for _ in 0..two_pass.crops() {
+            poses = poses.and_then(|before| {
+                let about: Vec<PerspectiveCrop> =
+                    before.iter().map(|pose| two_pass.about(pose)).collect();
+                self.infer_crops(&two_pass, inputs, &about)
+            });
+        }
         self.two_pass = Some(two_pass);
         poses
     }

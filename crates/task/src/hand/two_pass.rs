@@ -12,6 +12,8 @@ use super::perspective_crop::PerspectiveCrop;
 use super::view::HandView;
 use crate::TaskError;
 
+/// Maximum number of crops of a window.
+const MAX_CROPS: usize = 8;
 /// Crops that are tried beside a hand before there is none.
 const BESIDE_TRIES: usize = 8;
 
@@ -27,6 +29,9 @@ pub struct TwoPassConfig {
     pub distance_m: f32,
     /// Maximum factor by which a crop is magnified.
     pub max_zoom: f32,
+    /// Crops of a window, one after the other, each about the hand of the pass before.
+    #[serde(skip_serializing_if = "is_one")]
+    pub crops: usize,
     /// Share of the training windows that are whole views.
     pub first_pass_probability: f32,
     /// Share of the training windows of networks of joints that show what lies beside the hand.
@@ -63,6 +68,7 @@ impl Default for TwoPassConfig {
             size: SensorSize { width: 96, height: 72 },
             distance_m: 0.31,
             max_zoom: 4.0,
+            crops: 1,
             first_pass_probability: 0.4,
             empty_probability: 0.0,
             errors: CropErrors::default(),
@@ -73,6 +79,11 @@ impl Default for TwoPassConfig {
 #[allow(clippy::trivially_copy_pass_by_ref, reason = "as serde calls it")]
 fn is_zero(probability: &f32) -> bool {
     *probability == 0.0
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "as serde calls it")]
+fn is_one(crops: &usize) -> bool {
+    *crops == 1
 }
 
 impl Default for CropErrors {
@@ -93,6 +104,7 @@ impl TwoPassConfig {
             && 50 * same <= across
             && self.distance_m > 0.0
             && self.max_zoom >= 1.0
+            && (1..=MAX_CROPS).contains(&self.crops)
             && (0.0..=1.0).contains(&self.first_pass_probability)
             && (0.0..=1.0).contains(&self.empty_probability)
             && (0.0..=1.0).contains(&direction)
@@ -132,9 +144,19 @@ impl TwoPass {
         self.config.size
     }
 
+    /// Crops of a window, one after the other.
+    pub fn crops(&self) -> usize {
+        self.config.crops
+    }
+
     /// Size of the view.
     pub fn view_size(&self) -> SensorSize {
         self.camera.sensor()
+    }
+
+    /// Crops of a view of another size, which shows the same.
+    pub fn set_view_size(&mut self, size: SensorSize) {
+        self.camera = self.camera.with_image(size);
     }
 
     /// The camera of the view.
@@ -333,8 +355,31 @@ mod tests {
     }
 
     #[test]
-    fn a_predictor_infers_the_hand_that_it_found_once_more() {
-        let config = config(0.5);
+    fn crops_of_a_finer_view_show_the_same() {
+        let config = config(0.0);
+        let mut two_pass = TwoPass::new(&config).unwrap().unwrap();
+        let crop = two_pass.about(&pose(&config, 1).into());
+        let mut seen = |view: SensorSize| {
+            two_pass.set_view_size(view);
+            let columns = usize::from(view.width);
+            let ramp = (0..2 * view.pixels()).map(|i| (i % columns) as f32 / columns as f32);
+            let mut image = vec![0.0; 2 * two_pass.size().pixels()];
+            two_pass.fill(&crop, &ramp.collect::<Vec<_>>(), &mut image);
+            image
+        };
+        let view = config.simulation.image_size();
+        let [width, height] = [view.width, view.height].map(|side| 2 * side);
+        let (usual, finer) = (seen(view), seen(SensorSize { width, height }));
+        // The largest value of a pixel: it may be one pixel of the view apart.
+        let pixel = 1.01 / f32::from(view.width);
+        let apart = usual.iter().zip(&finer).map(|(one, other)| (one - other).abs());
+        assert!(crop.zoom() > 1.2 && usual.iter().any(|value| *value > 0.3));
+        assert!(apart.fold(0.0, f32::max) <= pixel);
+    }
+
+    #[test]
+    fn a_predictor_infers_the_hand_that_it_found_once_more_and_again() {
+        let mut config = config(0.5);
         let device = Device::flex();
         let network =
             HandNetwork::init(&config.network, seed_for(1, "weights", 0), &device).unwrap();
@@ -355,12 +400,17 @@ mod tests {
         };
         let first = at(&PerspectiveCrop::WHOLE);
         let second = at(&two_pass.about(&first.into()));
+        let third = at(&two_pass.about(&second.into()));
 
-        let mut twice = NetworkPredictor::new(&config, network, device).unwrap();
         // Two windows take the way of batches, and one alone that of single windows.
         let both = [values.clone(), values.clone()].concat();
-        let poses = twice.predict(&both, sides(view)).unwrap();
-        assert!(poses.iter().all(|pose| pose.params == second) && poses.len() == 2);
-        assert_ne!(first, second);
+        for (crops, last) in [(1, second), (2, third)] {
+            config.two_pass.as_mut().unwrap().crops = crops;
+            let mut predictor =
+                NetworkPredictor::new(&config, network.clone(), device.clone()).unwrap();
+            let poses = predictor.predict(&both, sides(view)).unwrap();
+            assert!(poses.iter().all(|pose| pose.params == last) && poses.len() == 2);
+        }
+        assert!(first != second && second != third);
     }
 }
