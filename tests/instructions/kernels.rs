@@ -95,7 +95,7 @@ fn depthwise() -> Result<Run> {
     let mut output = Image::zeros(144, 24, 24, 2);
     let pool = ThreadPool::new(1);
     Ok(Box::new(move || {
-        conv.run(&pool, &input, Activation::Relu6, TensorViewMut::F32(&mut output))
+        conv.run(&pool, &input, Activation::Relu6, TensorViewMut::F32(&mut output));
     }))
 }
 

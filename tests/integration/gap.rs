@@ -327,6 +327,7 @@ fn a_recording_in_the_manner_of_another_program_is_corrected() {
 
 /// Four single effects, two of which are visible, and a recording in which nothing is hidden.
 #[test]
+#[ignore = "minutes: `cargo xtask slow` runs it"]
 fn blind_cases_get_their_names_and_nulls_get_none() {
     let sandbox = Sandbox::new();
     nulls_are_nulls(&sandbox, 1);

@@ -204,8 +204,8 @@ pub(crate) const SLOW: &[Step] = &[
         "test --workspace --features=gltf --test=integration -- --ignored kills:: no_number",
     ),
     step(
-        "twelve recordings in which an effect is hidden, or none",
-        "test --release --test=integration twelve_blind -- --ignored",
+        "recordings in which an effect is hidden, or none",
+        "test --release --test=integration blind_cases -- --ignored",
     ),
     step(
         "every command of README.md and the guides runs, in small",

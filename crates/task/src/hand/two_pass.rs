@@ -370,11 +370,13 @@ mod tests {
         let view = config.simulation.image_size();
         let [width, height] = [view.width, view.height].map(|side| 2 * side);
         let (usual, finer) = (seen(view), seen(SensorSize { width, height }));
-        // The largest value of a pixel: it may be one pixel of the view apart.
-        let pixel = 1.01 / f32::from(view.width);
-        let apart = usual.iter().zip(&finer).map(|(one, other)| (one - other).abs());
-        assert!(crop.zoom() > 1.2 && usual.iter().any(|value| *value > 0.3));
-        assert!(apart.fold(0.0, f32::max) <= pixel);
+        // Beyond the view nothing is seen; in it the largest value of what a pixel covers, to within a pixel and a
+        // quarter of the view.
+        let both = usual.iter().zip(&finer).filter(|(one, other)| **one > 0.0 && **other > 0.0);
+        let apart: Vec<f32> = both.map(|(one, other)| (one - other).abs()).collect();
+        let largest = apart.iter().copied().fold(0.0, f32::max);
+        assert!(crop.zoom() > 1.2 && apart.len() > usual.len() / 2, "{}", apart.len());
+        assert!(largest <= 1.3 / f32::from(view.width), "{largest}");
     }
 
     #[test]
