@@ -3,10 +3,10 @@
 //! The image of a finger lies where the finger is. A regressor has to carry it from there into
 //! one vector; here it stays in its cell.
 
-use burn::module::{Initializer as BurnInitializer, Module, Param};
-use burn::nn::conv::{Conv2d, Conv2dConfig};
+use burn::module::{Module, Param};
+use burn::nn::Linear;
+use burn::nn::conv::Conv2d;
 use burn::nn::pool::{AdaptiveAvgPool2d, AdaptiveAvgPool2dConfig, MaxPool2d};
-use burn::nn::{Linear, PaddingConfig2d};
 use burn::tensor::{Device, Tensor, TensorData};
 use evpose_pose::EVALUATION_JOINTS;
 use serde::{Deserialize, Serialize};
@@ -19,6 +19,7 @@ use crate::graph::Graph;
 use crate::hand_regressor::EVENT_CHANNELS;
 use crate::initializer::{Initializer, seeded};
 use crate::linear::linear;
+use crate::move_enet::blocks::pointwise;
 use crate::net_ops::{NetOps, VectorOps};
 use crate::ops::{self, Blocked};
 use crate::parameters::trained_count;
@@ -61,8 +62,8 @@ pub struct JointMaps {
 /// A network from event images to heatmaps and depth maps of the joints of a hand.
 ///
 /// # Model
-/// ResNet-18 with a block less down to a 32nd of the image, a feature pyramid of equally many channels on each level back up to a quarter,
-/// and two heads on its finest level. The mean of that level over the cells gives the presence.
+/// ResNet-18 with a block less down to a 32nd of the image, a feature pyramid of equally many channels on each
+/// level back up to a quarter, and two heads on its finest level. The mean of that level over the cells gives the presence.
 ///
 /// # Source
 /// Latent 2.5D heatmaps: Iqbal, Molchanov, Breuel, Gall, Kautz: *Hand Pose Estimation via Latent 2.5D
@@ -94,20 +95,12 @@ struct Head {
 impl Head {
     fn new(channels: usize, device: &Device) -> Self {
         let hidden = ConvNormConfig::new(channels, channels, 3).init(device);
-        Self { hidden, last: pointwise(channels, EVALUATION_JOINTS.len(), device) }
+        Self { hidden, last: pointwise(channels, EVALUATION_JOINTS.len(), true, device) }
     }
 
     fn forward<N: NetOps>(&self, input: N) -> N {
         self.hidden.forward_relu(input).conv(&self.last)
     }
-}
-
-/// A 1x1 convolution with a bias and without normalisation.
-fn pointwise(channels_in: usize, channels_out: usize, device: &Device) -> Conv2d {
-    Conv2dConfig::new([channels_in, channels_out], [1, 1])
-        .with_padding(PaddingConfig2d::Explicit(0, 0, 0, 0))
-        .with_initializer(BurnInitializer::Zeros)
-        .init(device)
 }
 
 impl JointNetConfig {
@@ -147,7 +140,7 @@ impl JointNetConfig {
             stem: ConvNormConfig::new(EVENT_CHANNELS, first, 7).with_stride(2).init(device),
             stem_pool: stem_pool(),
             laterals: (0..BLOCKS.len())
-                .map(|index| pointwise(of_stage(index), channels, device))
+                .map(|index| pointwise(of_stage(index), channels, true, device))
                 .collect(),
             smooth: (1..BLOCKS.len())
                 .map(|_| ConvNormConfig::new(channels, channels, 3).init(device))

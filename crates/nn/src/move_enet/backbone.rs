@@ -15,38 +15,10 @@ const STEM: [f32; 2] = [32.0, 16.0];
 /// Output channels, stride and repetitions of the inverted residuals.
 const STAGES: [(f32, usize, usize); 6] =
     [(24.0, 2, 1), (32.0, 2, 2), (64.0, 2, 3), (96.0, 1, 2), (160.0, 2, 2), (320.0, 1, 0)];
-/// The stage whose residual the published network never repeats.
-const LAST_STAGE: usize = STAGES.len() - 1;
 /// Levels of the pyramid: the outputs of the first stages, at a quarter, an eighth and a 16th.
 const LEVELS: usize = 3;
 /// Channels of the widest convolution.
 const WIDE: f32 = 1280.0;
-
-/// Shape of a [`Pyramid`].
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct PyramidConfig {
-    /// Channels of the images.
-    pub(crate) channels_in: usize,
-    /// Channels relative to the published network.
-    pub(crate) width: f32,
-    /// Hidden channels for each channel of an inverted residual's input.
-    pub(crate) expansion: usize,
-    /// Repetitions of the residual of the last stage.
-    pub(crate) last_repetitions: usize,
-}
-
-impl From<&MoveEnetConfig> for PyramidConfig {
-    /// As published.
-    fn from(config: &MoveEnetConfig) -> Self {
-        let MoveEnetConfig { width, expansion, .. } = *config;
-        Self {
-            channels_in: IMAGE_CHANNELS,
-            width,
-            expansion,
-            last_repetitions: STAGES[LAST_STAGE].2,
-        }
-    }
-}
 
 /// The encoder and the feature pyramid.
 #[derive(Module, Debug)]
@@ -69,22 +41,20 @@ pub(crate) fn channels(width: f32) -> usize {
 }
 
 impl Pyramid {
-    pub(crate) fn new(config: PyramidConfig, device: &Device) -> Self {
+    pub(crate) fn new(config: &MoveEnetConfig, device: &Device) -> Self {
         let wide = |published: f32| multiple_of_eight(published * config.width);
         let [first, second] = STEM.map(wide);
         let mut channels_in = second;
-        let stage = |(index, (published, stride, repetitions))| {
-            let repetitions =
-                if index == LAST_STAGE { config.last_repetitions } else { repetitions };
+        let stage = |(published, stride, repetitions)| {
             let channels = [channels_in, config.expansion * channels_in, wide(published)];
             channels_in = channels[2];
             InvertedResidual::new(channels, stride, repetitions, device)
         };
-        let stages: Vec<_> = STAGES.into_iter().enumerate().map(stage).collect();
+        let stages: Vec<_> = STAGES.into_iter().map(stage).collect();
         let levels: Vec<usize> = STAGES[..LEVELS].iter().map(|stage| wide(stage.0)).collect();
         let upsampling = |pair: &[usize]| Upsampling::new(pair[1], pair[0], device);
         Self {
-            stem: ConvNormConfig::new(config.channels_in, first, 3).with_stride(2).init(device),
+            stem: ConvNormConfig::new(IMAGE_CHANNELS, first, 3).with_stride(2).init(device),
             separable: Separable::new(first, second, device),
             stages,
             widen: ConvNormConfig::new(channels_in, wide(WIDE), 1).init(device),

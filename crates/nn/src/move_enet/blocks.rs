@@ -123,7 +123,7 @@ impl Upsampling {
 }
 
 /// A 1x1 convolution without normalisation.
-pub(super) fn pointwise(
+pub(crate) fn pointwise(
     channels_in: usize,
     channels_out: usize,
     bias: bool,

@@ -11,9 +11,9 @@
 //! CVPRW 2023, after *MoveNet* by Google. With 13 joints it has 2,201,106 parameters, of which
 //! 627,520, those of a residual that is never repeated, are kept and never used.
 
-pub(crate) mod backbone;
-mod blocks;
-pub(crate) mod heads;
+mod backbone;
+pub(crate) mod blocks;
+mod heads;
 mod names;
 
 use burn::module::Module;
@@ -36,7 +36,7 @@ pub(crate) const IMAGE_CHANNELS: usize = 3;
 /// Factor and offset from the values 0 to 255 to -1 to 1.
 const SCALING: [f32; 2] = [1.0 / 127.5, -1.0];
 /// The smallest relative width, which has 8 channels everywhere.
-pub(crate) const NARROWEST: f32 = 0.01;
+const NARROWEST: f32 = 0.01;
 
 /// Shape of a [`MoveEnet`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -84,7 +84,7 @@ impl MoveEnetConfig {
     pub(crate) fn zeros(&self, device: &Device) -> Result<MoveEnet, NnError> {
         check_width(self.width, NARROWEST)?;
         check_counts(&[("joints", self.joints), ("expansion", self.expansion)])?;
-        let backbone = Pyramid::new(self.into(), device);
+        let backbone = Pyramid::new(self, device);
         let header = Heads::new(self, device);
         Ok(MoveEnet { backbone, header, config: self.clone() })
     }
