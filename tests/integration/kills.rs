@@ -104,7 +104,7 @@ fn kill_at_every_write(sandbox: &Sandbox, command: &[&str], resumed: &[&str]) ->
 
 /// Trainings of two validations.
 const SHORT: &[&str] =
-    &["--set", "training.steps=4", "--set", "training.steps_per_validation=2", "--threads", "2"];
+    &["--set", "training.steps=2", "--set", "training.steps_per_validation=1", "--threads", "2"];
 
 #[test]
 fn simulate() {

@@ -228,8 +228,8 @@ fn units_and_axes_that_were_stated_are_those_of_every_command() {
         };
         assert!(run("us.txt", "") == run("ns.txt", " --time-unit ns"), "{command}");
     }
-    // Without the unit, minutes of so few events are doubted.
-    let few: Vec<i64> = (0..110).map(|k| 1_500_000 * k).collect();
+    // Without the unit, so many seconds of so few events are doubted.
+    let few: Vec<i64> = (0..110).map(|k| 150_000 * k).collect();
     sandbox.write("few.txt", recording(&few));
     beside(&sandbox);
     for (number, command) in COMMANDS.iter().chain(&OF_A_SCENE).enumerate() {

@@ -35,11 +35,20 @@ impl PosedBody {
 
     /// The points that are evaluated, in the order of [`EVALUATION_JOINTS`], in metres.
     pub fn evaluation_points(&self, model: &BodyModel) -> [Vec3; EVALUATION_JOINTS.len()] {
-        let tips = 1 + model.fingertips.len();
+        self.points_with(model, model.fingertips.map(|tip| self.vertices_m[tip as usize]))
+    }
+
+    /// The same with these fingertips.
+    pub(crate) fn points_with(
+        &self,
+        model: &BodyModel,
+        tips_m: [Vec3; 5],
+    ) -> [Vec3; EVALUATION_JOINTS.len()] {
+        let tips = 1 + tips_m.len();
         let origin = |joint: usize| Vec3::from(self.joints[joint].translation);
         std::array::from_fn(|point| match point {
             0 => origin(model.wrist),
-            _ if point < tips => self.vertices_m[model.fingertips[point - 1] as usize],
+            _ if point < tips => tips_m[point - 1],
             _ => origin(model.right_hand.first_joint + point - tips),
         })
     }

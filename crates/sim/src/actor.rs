@@ -181,20 +181,18 @@ impl Actor {
     /// `mirror` if it is one of the other side.
     pub(crate) fn points(&self, posed: &PosedBody, side: HandSide, mirror: &Mirror) -> HandPoints3 {
         let points_m = posed.evaluation_points(&self.body);
+        self.placed(points_m, side, mirror)
+    }
+
+    /// Points of the model as those of a hand of `side`.
+    fn placed(&self, points_m: HandPoints3, side: HandSide, mirror: &Mirror) -> HandPoints3 {
         if self.is_mirrored(side) { points_m.map(|p| mirror.point(p)) } else { points_m }
     }
 
     /// Evaluated points of a hand of `side` with the pose parameters `hand`, in metres.
-    pub fn points_of(
-        &self,
-        side: HandSide,
-        hand: &HandParams,
-        shaped: &ShapedBody,
-        posed: &mut PosedBody,
-    ) -> HandPoints3 {
+    pub fn points_of(&self, side: HandSide, hand: &HandParams, shaped: &ShapedBody) -> HandPoints3 {
         let own = if self.is_mirrored(side) { self.mirrored(hand) } else { *hand };
-        self.body.pose_hand(shaped, &own, posed);
-        self.points(posed, side, &self.mirror)
+        self.placed(self.body.hand_points(shaped, &own), side, &self.mirror)
     }
 
     /// Vertices of a hand of `side` with the pose parameters `hand`, in metres.

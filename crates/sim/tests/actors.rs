@@ -57,12 +57,11 @@ fn parameters_of_a_hand_reproduce_its_points() {
     for (hands, side) in [(Hands::Right, HandSide::Right), (Hands::Left, HandSide::Left)] {
         let simulation = Simulation::new(&small(hands), 4).unwrap();
         let mut sequence = simulation.sequence(0).unwrap();
-        let mut posed = Default::default();
         for _ in 0..50 {
             let step = sequence.advance().unwrap();
             let actor = simulation.actor();
             let shaped = actor.body().shaped(&step.episode.betas);
-            let points_m = actor.points_of(side, &step.label, &shaped, &mut posed);
+            let points_m = actor.points_of(side, &step.label, &shaped);
             for (got, want) in points_m.iter().zip(step.points_m) {
                 assert!(got.distance(want) < 1e-4, "{got} for {want}");
             }
@@ -103,7 +102,6 @@ fn labels_before_a_displaced_camera_lie_on_the_hand_that_it_sees() {
         let simulation = Simulation::new(&config, 8).unwrap();
         let mut sequence = simulation.sequence(0).unwrap();
         let (actor, camera) = (simulation.actor(), config.camera());
-        let mut posed = Default::default();
         let [mut simulated, mut drawn] = [[0, 0]; 2];
         for frame in 0..150 {
             let step = sequence.advance().unwrap();
@@ -111,7 +109,7 @@ fn labels_before_a_displaced_camera_lie_on_the_hand_that_it_sees() {
                 continue;
             }
             let shaped = actor.body().shaped(&step.episode.betas);
-            let points_m = actor.points_of(side, &step.label, &shaped, &mut posed);
+            let points_m = actor.points_of(side, &step.label, &shaped);
             for (got, want) in points_m.iter().zip(step.points_m) {
                 assert!(got.distance(want) < 1e-4, "{side:?}: {got} for {want}");
             }

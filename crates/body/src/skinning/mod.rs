@@ -12,8 +12,8 @@ mod blend;
 #[cfg(test)]
 mod tests;
 
-use evpose_pose::HandParams;
 use evpose_pose::rotation::matrix_from_axis_angle;
+use evpose_pose::{EVALUATION_JOINTS, HandParams};
 use glam::{Affine3A, Mat3, Vec3};
 
 use crate::fingers::HandRotations;
@@ -63,8 +63,34 @@ impl BodyModel {
         self.place_hand(shaped, &pose, params, out);
     }
 
+    /// The evaluated points of [`Self::pose_hand`], in the order of [`EVALUATION_JOINTS`], in metres: of the surface, only
+    /// the fingertips are moved.
+    pub fn hand_points(
+        &self,
+        shaped: &ShapedBody,
+        params: &HandParams,
+    ) -> [Vec3; EVALUATION_JOINTS.len()] {
+        let pose = BodyPose::for_playback(self, params);
+        let mut posed = PosedBody::default();
+        self.place_joints(shaped, &pose, params, &mut posed);
+        let tips_m = self.fingertips.map(|vertex| self.vertex_m(vertex, shaped, &pose, &posed));
+        posed.points_with(self, tips_m)
+    }
+
     /// Moves the body in `pose` so that its wrist frame is the one of `params`.
     fn place_hand(
+        &self,
+        shaped: &ShapedBody,
+        pose: &BodyPose,
+        params: &HandParams,
+        out: &mut PosedBody,
+    ) {
+        self.place_joints(shaped, pose, params, out);
+        self.skin_surface(shaped, pose, out);
+    }
+
+    /// As [`Self::place_hand`], without the surface.
+    fn place_joints(
         &self,
         shaped: &ShapedBody,
         pose: &BodyPose,
@@ -82,7 +108,27 @@ impl BodyModel {
         }
         // Exactly, not up to the rounding of an inverse.
         out.joints[self.wrist] = predicted;
-        self.skin_surface(shaped, pose, out);
+    }
+
+    /// A single vertex with the joints of `posed`, in metres.
+    fn vertex_m(
+        &self,
+        vertex: u32,
+        shaped: &ShapedBody,
+        pose: &BodyPose,
+        posed: &PosedBody,
+    ) -> Vec3 {
+        let index = vertex as usize;
+        let mut rest_m = shaped.vertices_m[index];
+        for (direction_m, value) in self.pose_directions_m.iter().zip(pose_feature(pose)) {
+            rest_m += direction_m[index] * value;
+        }
+        let moved_m = |(joint, weight): (usize, f32)| {
+            weight * posed.joints[joint].transform_point3(rest_m - shaped.joints_m[joint])
+        };
+        let further = self.further_weights.iter().filter(|further| further.vertex == vertex);
+        let further = further.map(|further| (usize::from(further.joint), further.weight));
+        self.skin[index].iter().chain(further).map(moved_m).sum()
     }
 
     /// Transforms of the joints only: all that following the wrist takes.
@@ -128,11 +174,7 @@ impl BodyModel {
     /// Vertices with the displacements that the rotations of joints 1.. bring.
     fn with_pose_correctives(&self, shaped_m: &[Vec3], pose: &BodyPose) -> Vec<Vec3> {
         let mut vertices_m = shaped_m.to_vec();
-        let feature = pose.joints.iter().skip(1).flat_map(|&rotation| {
-            // Row by row: the transpose of glam's columns.
-            (matrix_from_axis_angle(rotation) - Mat3::IDENTITY).transpose().to_cols_array()
-        });
-        for (direction_m, value) in self.pose_directions_m.iter().zip(feature) {
+        for (direction_m, value) in self.pose_directions_m.iter().zip(pose_feature(pose)) {
             if value != 0.0 {
                 for (vertex_m, &offset_m) in vertices_m.iter_mut().zip(direction_m) {
                     *vertex_m += offset_m * value;
@@ -141,4 +183,12 @@ impl BodyModel {
         }
         vertices_m
     }
+}
+
+/// What displacements follow: the rotations of joints 1.. less the identity.
+fn pose_feature(pose: &BodyPose) -> impl Iterator<Item = f32> {
+    pose.joints.iter().skip(1).flat_map(|&rotation| {
+        // Row by row: the transpose of glam's columns.
+        (matrix_from_axis_angle(rotation) - Mat3::IDENTITY).transpose().to_cols_array()
+    })
 }

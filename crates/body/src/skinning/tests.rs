@@ -141,6 +141,10 @@ proptest! {
         for (a, b) in body.evaluation_points(&MODEL).iter().zip(placed.evaluation_points(&MODEL)) {
             prop_assert!(a.distance(b) < 1e-5, "{a} {b}");
         }
+        // Without a surface, too.
+        for (a, b) in MODEL.hand_points(&SHAPED, &params).iter().zip(placed.evaluation_points(&MODEL)) {
+            prop_assert!(a.distance(b) < 1e-5, "{a} {b}");
+        }
     }
 
     #[test]

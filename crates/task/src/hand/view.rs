@@ -204,8 +204,7 @@ impl HandView {
 
     /// The evaluated points of a hand of a shape that was made before.
     pub fn points_of(&self, side: HandSide, pose: &HandParams, shaped: &ShapedBody) -> HandPoints {
-        let mut posed = PosedBody::default();
-        self.imaged(self.actor.points_of(side, pose, shaped, &mut posed))
+        self.imaged(self.actor.points_of(side, pose, shaped))
     }
 
     /// Points of the world with where they are in the image.

@@ -103,6 +103,10 @@ fn a_hand_follows_the_twelve_parameters() {
         assert!(a.distance(*b) < 1e-6, "{a} {b}");
     }
     assert_eq!(placed.evaluation_points(&model)[0], params.translation_m);
+    // Of the surface, the fingertips alone, with their correctives.
+    for (a, b) in model.hand_points(&shaped, &params).iter().zip(placed.evaluation_points(&model)) {
+        assert!(a.distance(b) < 1e-6, "{a} {b}");
+    }
 }
 
 #[test]

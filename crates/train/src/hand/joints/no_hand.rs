@@ -4,8 +4,8 @@
 //! *Scrambled*: an image of a hand is cut into 4 x 4 tiles, which change places and are mirrored. Edges, noise and
 //! density of its events stay; the hand is gone. Networks are trained with these.
 //!
-//! *Drawn*: closed and open lines that move and turn over an LNES, from one to as many as fill the image: outlines of
-//! something else, as of a digit or a room. The presence is fitted with these too.
+//! *Drawn*: closed and open lines and strokes that move and turn over an LNES, from one to as many as fill the image:
+//! outlines of something else, as of a digit or a room, on pixels of all sizes. The presence is fitted with these too.
 
 use std::f32::consts::TAU;
 
@@ -51,6 +51,8 @@ pub(crate) fn scramble(image: &mut [f32], size: SensorSize, seed: u64, number: u
 const MAX_LINES: f32 = 40.0;
 /// Waves that a line is the sum of, after its first, which is an ellipse or a bow.
 const WAVES: usize = 4;
+/// Largest pixel of a camera, in pixels of the image: 34 of them across it, as of N-MNIST.
+const MAX_BLOCK_PX: usize = 4;
 /// Points of a line, and instants of its movement.
 const POINTS: usize = 240;
 const INSTANTS: usize = 24;
@@ -68,6 +70,7 @@ pub(super) fn draw_lines(image: &mut [f32], size: SensorSize, seed: u64, number:
     let turn = rng.uniform(-0.5f32, 0.5);
     // Log-uniform: as often one thing as a whole scene.
     let lines = MAX_LINES.powf(rng.uniform(0.0, 1.0)).round() as usize;
+    let block_px = if rng.chance(0.5) { 1 } else { 1 + rng.below(MAX_BLOCK_PX) };
     for _ in 0..lines {
         let line = Line::draw(&mut rng, sides);
         for instant in 0..INSTANTS {
@@ -85,15 +88,27 @@ pub(super) fn draw_lines(image: &mut [f32], size: SensorSize, seed: u64, number:
                 if step_px.abs() < MIN_STEP_PX || rng.chance(line.lost) {
                     continue;
                 }
-                let channel = usize::from((step_px > 0.0) != line.is_bright);
-                let is_inside = now.cmpge(Vec2::ZERO).all() && now.cmplt(sides).all();
-                if is_inside {
-                    let pixel = now.y as usize * usize::from(size.width) + now.x as usize;
-                    image[channel * size.pixels() + pixel] = part;
+                // The second edge of a stroke is as dark behind as the first is before.
+                let edges = [(0.0, line.is_bright), (line.stroke_px, !line.is_bright)];
+                for (away_px, is_bright) in &edges[..1 + usize::from(line.stroke_px > 0.0)] {
+                    let edge = now + *away_px * normal;
+                    let is_inside = edge.cmpge(Vec2::ZERO).all() && edge.cmplt(sides).all();
+                    let channel = usize::from((step_px > 0.0) != *is_bright);
+                    let corner = [edge.x, edge.y].map(|at| at as usize / block_px * block_px);
+                    for pixel in block(corner, block_px, size).filter(|_| is_inside) {
+                        image[channel * size.pixels() + pixel] = part;
+                    }
                 }
             }
         }
     }
+}
+
+/// The pixels of a square of `side` pixels, as far as they lie in the image.
+fn block([x, y]: [usize; 2], side: usize, size: SensorSize) -> impl Iterator<Item = usize> {
+    let (width, height) = (usize::from(size.width), usize::from(size.height));
+    let columns = x..(x + side).min(width);
+    (y..(y + side).min(height)).flat_map(move |y| columns.clone().map(move |x| y * width + x))
 }
 
 /// A line about a middle, as a sum of waves.
@@ -104,6 +119,8 @@ struct Line {
     /// Part of the whole turn that it takes: all of a closed line.
     part: f32,
     is_bright: bool,
+    /// How far away the other edge of a stroke is; 0 of an outline, which has one edge.
+    stroke_px: f32,
     /// Share of its events that are lost.
     lost: f32,
 }
@@ -123,6 +140,7 @@ impl Line {
             }),
             part: if rng.chance(0.5) { 1.0 } else { rng.uniform(0.1, 0.8) },
             is_bright: rng.chance(0.5),
+            stroke_px: if rng.chance(0.5) { rng.uniform(0.03, 0.15) * sides.y } else { 0.0 },
             lost: rng.uniform(0.0, 0.7),
         }
     }
