@@ -18,7 +18,7 @@ use evpose_core::SensorSize;
 use evpose_pose::HandParams;
 use evpose_pose::rotation::{axis_angle_from_matrix, matrix_from_axis_angle};
 use evpose_sim::raster::Camera;
-use glam::{Affine3A, Mat3, Vec2, Vec3};
+use glam::{Affine3A, Mat3, Vec3};
 
 /// Depth in metres below which there is no crop about a hand.
 const MIN_DEPTH_M: f32 = 0.05;
@@ -87,32 +87,38 @@ impl PerspectiveCrop {
         // Half a pixel of the crop in pixels of the view; at least half a pixel, so that no event is skipped.
         let covered = (0.5 * pinhole.focal_px / focal_px).max(0.5);
         let from_crop = self.turn.transpose();
-        let (width, height) = (i32::from(source.width), i32::from(source.height));
-        let range = |at: f32, end: i32| {
-            let first = (at - covered - 0.5).ceil().max(0.0) as i32;
-            let last = ((at + covered - 0.5).floor() as i32).min(end - 1);
-            first..last + 1
+        let (width, height) = (usize::from(source.width), usize::from(source.height));
+        // Pixels whose middle is covered. To truncate is one instruction; `ceil` and `floor` are calls.
+        let range = |at: f32, end: usize| {
+            let (first, last) = (at - covered - 0.5, at + covered - 0.5);
+            let whole = first.max(0.0) as usize;
+            let end = if last < 0.0 { 0 } else { (last as usize + 1).min(end) };
+            (whole + usize::from((whole as f32) < first)).min(end)..end
         };
-        let (pixels, source_pixels) = (size.pixels(), source.pixels());
-        for pixel in 0..pixels {
-            let row = pixel / usize::from(size.width);
-            let column = pixel % usize::from(size.width);
-            let at_px = Vec2::new(column as f32 + 0.5, row as f32 + 0.5);
-            let [x, y] = ((at_px - centre_px) / focal_px).to_array();
-            // The largest value is of the newest event, which the network would see in a view of this size.
-            let mut newest = [0.0f32; 2];
-            if let Some(from_px) = pinhole.image_from_camera(from_crop * Vec3::new(x, -y, -1.0)) {
-                let columns = range(from_px.x, width);
-                for row in range(from_px.y, height) {
-                    for column in columns.clone() {
-                        let index = (row * width + column) as usize;
-                        newest[0] = newest[0].max(values[index]);
-                        newest[1] = newest[1].max(values[source_pixels + index]);
+        let (off, on) = values.split_at(source.pixels());
+        let (out_off, out_on) = out.split_at_mut(size.pixels());
+        let rows = out_off.chunks_exact_mut(size.width.into());
+        let rows = rows.zip(out_on.chunks_exact_mut(size.width.into())).enumerate();
+        for (row, (out_off, out_on)) in rows {
+            let y = (row as f32 + 0.5 - centre_px.y) / focal_px;
+            for (column, out) in out_off.iter_mut().zip(out_on).enumerate() {
+                let x = (column as f32 + 0.5 - centre_px.x) / focal_px;
+                // The largest value is of the newest event, which the network would see in a view of this size.
+                let mut newest = [0.0f32; 2];
+                let ray = from_crop * Vec3::new(x, -y, -1.0);
+                if let Some(from_px) = pinhole.image_from_camera(ray) {
+                    let columns = range(from_px.x, width);
+                    for row in range(from_px.y, height) {
+                        let of_row = row * width + columns.start..row * width + columns.end;
+                        for (off, on) in off[of_row.clone()].iter().zip(&on[of_row]) {
+                            // Not `max`, which asks for NaN twice.
+                            newest[0] = if *off > newest[0] { *off } else { newest[0] };
+                            newest[1] = if *on > newest[1] { *on } else { newest[1] };
+                        }
                     }
                 }
+                [*out.0, *out.1] = newest;
             }
-            out[pixel] = newest[0];
-            out[pixels + pixel] = newest[1];
         }
     }
 
@@ -167,6 +173,8 @@ fn moved(
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec2;
+
     use crate::hand::{HandConfig, HandView, TwoPassConfig};
 
     use super::*;
