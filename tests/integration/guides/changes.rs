@@ -247,7 +247,11 @@ pub(crate) const RULES: &[Rule] = &[
     // networks.md
     rule("networks.md", "--sequences 3600", Replace("--sequences 3600", "{hands}")),
     rule("networks.md", "evpose train hand-wide", Append("{steps} {hands} --plain")),
-    rule("networks.md", "evpose train hand-joints", Append("{steps} {hands} --plain")),
+    rule(
+        "networks.md",
+        "evpose train hand-joints",
+        Append("{steps} {hands} --set training.presence_samples=48 --plain"),
+    ),
     rule(
         "networks.md",
         "--sequences 2000 --seconds 0.78",
