@@ -185,7 +185,7 @@ impl BodyModel {
     }
 }
 
-/// The numbers that displacements of vertices are in proportion to: rotations of joints 1.. less the identity.
+/// The values that displacements of vertices are in proportion to: rotations of joints 1.. less the identity.
 fn pose_feature(pose: &BodyPose) -> impl Iterator<Item = f32> {
     pose.joints.iter().skip(1).flat_map(|&rotation| {
         // Row by row: the transpose of glam's columns.
