@@ -192,7 +192,7 @@ fn a_person_is_found_where_polarities_are_lost() {
     };
     let (normal, said) = inferred("normal.npz", &mut |_, polarity| polarity);
     assert!(detected(&normal) > 10 && !said.contains("polarities"), "{said}");
-    for share_on in [1.0, 0.5] {
+    for share_on in [1.0, 0.0, 0.5] {
         let mut drawn = |rng: &mut CounterRng, _| Polarity::from_on(rng.chance(share_on));
         let (poses, said) = inferred("lost.npz", &mut drawn);
         assert!(said.contains("polarities say nothing"), "{said}");

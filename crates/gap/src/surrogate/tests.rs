@@ -118,7 +118,7 @@ fn times_in_a_surrogate_are_uniform_over_their_window() {
 
 #[test]
 fn p_values_of_poisson_events_are_uniform() {
-    const REPEATS: usize = 100;
+    const REPEATS: usize = 200;
     const REPLICATES: usize = 19;
     let size = SensorSize { width: 16, height: 16 };
     // The least p over all statistics, and that of each statistic.
