@@ -8,7 +8,7 @@ use burn::tensor::Device;
 use evpose_infer::onnx::proto::{DimensionValue, ModelProto, TensorProto, ValueInfoProto};
 use evpose_infer::onnx::{BATCH, Interface, Message, OPSET, OnnxError, encoded, model};
 use evpose_nn::graph::{Graph, Operation};
-use evpose_nn::{MOVE_ENET, Network, backbone_by_name};
+use evpose_nn::{JOINT_NET, MOVE_ENET, Network, backbone_by_name};
 
 fn network(name: &str) -> Network {
     Network::untrained(name, 0.25, 7, &Device::flex()).unwrap()
@@ -44,7 +44,11 @@ fn a_file_is_read_back_with_every_weight_and_shape() {
         let image = input.map(|side| side as i64);
         assert_eq!(dims(&file.input[0]), [&[1], image.as_slice()].concat());
         let maps = [13, 1, 26, 26].map(|channels| vec![1, channels, 48, 48]);
-        let outputs = if name == MOVE_ENET { maps.to_vec() } else { vec![vec![1, 12]] };
+        let outputs = match name {
+            MOVE_ENET => maps.to_vec(),
+            JOINT_NET => vec![vec![1, 21, 24, 32], vec![1, 21, 24, 32], vec![1, 1]],
+            _ => vec![vec![1, 12]],
+        };
         assert_eq!(file.output.iter().map(dims).collect::<Vec<_>>(), outputs);
         let constants: HashMap<&str, &TensorProto> =
             file.initializer.iter().map(|tensor| (tensor.name.as_str(), tensor)).collect();
@@ -75,7 +79,7 @@ fn every_tensor_is_made_once_before_it_is_taken() {
     for network in Network::names() {
         let [channels, ..] = self::network(network).input();
         let smallest_px = backbone_by_name(network).map_or(0, |backbone| backbone.smallest_px);
-        let size = if network == MOVE_ENET { [64, 96] } else { [61, 83] };
+        let size = if [MOVE_ENET, JOINT_NET].contains(&network) { [64, 96] } else { [61, 83] };
         let size = size.map(|side: usize| side.max(smallest_px));
         let file =
             model(&graph(network), [channels, size[0], size[1]], None).unwrap().graph.unwrap();

@@ -187,7 +187,7 @@ impl JointNet {
         })
     }
 
-    fn forward_ops<N: NetOps>(&self, events: N) -> (N, N, N::Vector) {
+    pub(crate) fn forward_ops<N: NetOps>(&self, events: N) -> (N, N, N::Vector) {
         let features = self.features(events);
         let presence = features.clone().avg_pool(&self.pool).linear(&self.presence);
         (self.heatmaps.forward(features.clone()), self.depths.forward(features), presence)

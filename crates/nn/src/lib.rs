@@ -85,6 +85,6 @@ pub use loss::{
     MarginalTargets, heatmap_loss, marginal_loss,
 };
 pub use move_enet::{MoveEnet, MoveEnetConfig};
-pub use network::{MOVE_ENET, Network};
+pub use network::{JOINT_NET, MOVE_ENET, Network};
 pub use ops::set_training_kernels;
 pub use timed::NodeTime;

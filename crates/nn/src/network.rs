@@ -4,8 +4,9 @@ use burn::tensor::{Device, Tensor};
 
 use crate::graph::Graph;
 use crate::hand_regressor::EVENT_CHANNELS;
+use crate::joint_net::{JointMaps, JointNet, JointNetConfig};
 use crate::move_enet::IMAGE_CHANNELS;
-use crate::parameters::trained_count;
+use crate::parameters::{trained_count, with_matched_variances};
 use crate::timed::{NodeTime, node_times};
 use crate::{
     BACKBONES, HandRegressor, HandRegressorConfig, MoveEnet, MoveEnetConfig, NnError,
@@ -14,10 +15,15 @@ use crate::{
 
 /// The name of the MoveEnet network.
 pub const MOVE_ENET: &str = "move_enet";
+/// The name of the network of joints.
+pub const JOINT_NET: &str = "joints";
 /// Rows and columns of the hand network's input as published: a DAVIS240C.
 const HAND_IMAGE: [usize; 2] = [180, 240];
 /// Rows and columns of the body network's input as published.
 const BODY_IMAGE: [usize; 2] = [192, 192];
+
+/// Rows and columns of the images of the network of joints, a view or a crop of it.
+const JOINT_IMAGE: [usize; 2] = [96, 128];
 
 /// A network of either task.
 #[derive(Debug, Clone)]
@@ -26,13 +32,15 @@ pub enum Network {
     Hand(Box<HandRegressor>),
     /// The MoveEnet network.
     Body(Box<MoveEnet>),
+    /// The network of the joints of a hand.
+    Joints(Box<JointNet>),
 }
 
 impl Network {
-    /// The names of all networks: [`MOVE_ENET`], and every backbone, which stands for the hand
+    /// The names of all networks: [`MOVE_ENET`], [`JOINT_NET`], and every backbone, which stands for the hand
     /// network that has it inside.
     pub fn names() -> impl Iterator<Item = &'static str> {
-        BACKBONES.iter().map(|entry| entry.name).chain([MOVE_ENET])
+        BACKBONES.iter().map(|entry| entry.name).chain([MOVE_ENET, JOINT_NET])
     }
 
     /// The network of the name `name`, `width` times as wide as published, with initial weights
@@ -45,7 +53,10 @@ impl Network {
             let config = MoveEnetConfig { width, ..MoveEnetConfig::default() };
             return Ok(Self::Body(Box::new(config.init(seed, device)?)));
         }
-        // The registry's own error would list backbones alone, without MoveEnet.
+        if name == JOINT_NET {
+            return Ok(Self::Joints(Box::new(JointNetConfig { width }.init(seed, device)?)));
+        }
+        // The registry's own error would list backbones alone.
         let Ok(entry) = backbone_by_name(name) else {
             let known: Vec<_> = Self::names().collect();
             return Err(NnError::UnknownNetwork { name: name.to_owned(), known: known.join(", ") });
@@ -63,6 +74,7 @@ impl Network {
         match self {
             Self::Hand(network) => network.graph(),
             Self::Body(network) => network.graph(),
+            Self::Joints(network) => network.graph(),
         }
     }
 
@@ -71,13 +83,14 @@ impl Network {
         match self {
             Self::Hand(_) => [EVENT_CHANNELS, HAND_IMAGE[0], HAND_IMAGE[1]],
             Self::Body(_) => [IMAGE_CHANNELS, BODY_IMAGE[0], BODY_IMAGE[1]],
+            Self::Joints(_) => [EVENT_CHANNELS, JOINT_IMAGE[0], JOINT_IMAGE[1]],
         }
     }
 
     /// The largest value of an input; the smallest is 0.
     pub fn max_input(&self) -> f32 {
         match self {
-            Self::Hand(_) => 1.0,
+            Self::Hand(_) | Self::Joints(_) => 1.0,
             Self::Body(_) => 255.0,
         }
     }
@@ -89,6 +102,10 @@ impl Network {
         match self {
             Self::Hand(network) => vec![network.forward(images).into_data().iter().collect()],
             Self::Body(network) => network.forward(images).into_array().map(values).into(),
+            Self::Joints(network) => {
+                let JointMaps { heatmaps, depths, presence } = network.forward(images);
+                vec![values(heatmaps), values(depths), presence.into_data().iter().collect()]
+            }
         }
     }
 
@@ -101,6 +118,7 @@ impl Network {
         match self {
             Self::Hand(network) => node_times(images, |x| network.forward_ops(x)),
             Self::Body(network) => node_times(images, |x| network.forward_ops(x)),
+            Self::Joints(network) => node_times(images, |x| network.forward_ops(x)),
         }
     }
 
@@ -109,6 +127,17 @@ impl Network {
         match self {
             Self::Hand(network) => trained_count(&**network),
             Self::Body(network) => trained_count(&**network),
+            Self::Joints(network) => trained_count(&**network),
+        }
+    }
+
+    /// The network with running variances as of its weights, see [`with_matched_variances`].
+    #[must_use]
+    pub fn with_matched_variances(self) -> Self {
+        match self {
+            Self::Hand(network) => Self::Hand(Box::new(with_matched_variances(*network))),
+            Self::Body(network) => Self::Body(Box::new(with_matched_variances(*network))),
+            Self::Joints(network) => Self::Joints(Box::new(with_matched_variances(*network))),
         }
     }
 }
@@ -132,6 +161,6 @@ mod tests {
             assert!(graph.nodes[1..].iter().map(|node| node.channels).eq(timed), "{name}");
         }
         let error = Network::untrained("move", 1.0, 3, &device).unwrap_err().to_string();
-        assert!(error.ends_with("inception_v3, move_enet"), "{error}");
+        assert!(error.ends_with("inception_v3, move_enet, joints"), "{error}");
     }
 }

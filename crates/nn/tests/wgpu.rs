@@ -10,9 +10,10 @@ use std::process::ExitCode;
 
 use burn::module::{Module, ModuleVisitor, Param};
 use burn::tensor::{Device, Gradients, Tensor, TensorData};
-use evpose_nn::parameters::{away_from_kinks, read, with_matched_variances};
+use evpose_nn::parameters::{away_from_kinks, read};
 use evpose_nn::{
-    Availability, DeviceKind, HandLoss, HandRegressor, MoveEnet, Network, backbone_by_name,
+    Availability, DeviceKind, HandLoss, HandRegressor, JointNet, MoveEnet, Network,
+    backbone_by_name,
 };
 use golden::{hashed, targets};
 use libtest_mimic::{Arguments, Completion, Trial};
@@ -81,10 +82,8 @@ fn difference(a: &[f64], b: &[f64], least: f64) -> f64 {
 
 fn infers(name: &str, gpu: &Device) {
     let outputs = |device: &Device| {
-        let network = match Network::untrained(name, 0.125, SEED, device).unwrap() {
-            Network::Hand(hand) => Network::Hand(Box::new(with_matched_variances(*hand))),
-            Network::Body(body) => Network::Body(Box::new(with_matched_variances(*body))),
-        };
+        let network = Network::untrained(name, 0.125, SEED, device).unwrap();
+        let network = network.with_matched_variances();
         let values = network.outputs(images(&network, side(name), device)).concat();
         values.into_iter().map(f64::from).collect::<Vec<f64>>()
     };
@@ -135,6 +134,9 @@ fn step(name: &str, seed: u64, kinks: Kinks, device: &Device) -> [Vec<f64>; 3] {
         Network::Body(network) => after_step(kinks.of(*network), |network: &MoveEnet| {
             let maps = network.forward(images).into_array();
             maps.map(|map| map.square().mean()).into_iter().reduce(|sum, map| sum + map).unwrap()
+        }),
+        Network::Joints(network) => after_step(kinks.of(*network), |network: &JointNet| {
+            network.forward(images).into_rows().square().mean()
         }),
     }
 }

@@ -5,7 +5,7 @@ use burn::module::{Module, ModuleVisitor, Param};
 use burn::tensor::{Device, Gradients, Tensor, TensorData};
 use evpose_cli::latency::windows;
 use evpose_cli::progress::say;
-use evpose_nn::parameters::{away_from_kinks, with_matched_variances};
+use evpose_nn::parameters::away_from_kinks;
 use evpose_nn::{DeviceKind, HandLoss, Network, adapter_name};
 use serde::Serialize;
 
@@ -72,10 +72,7 @@ fn images(network: &Network, device: &Device) -> Tensor<4> {
 
 fn outputs(name: &str, device: &Device) -> Result<Vec<f64>> {
     // With initial variances of 1, activations vanish with depth, and any two devices agree.
-    let network = match Network::untrained(name, WIDTH, SEED, device)? {
-        Network::Hand(hand) => Network::Hand(Box::new(with_matched_variances(*hand))),
-        Network::Body(body) => Network::Body(Box::new(with_matched_variances(*body))),
-    };
+    let network = Network::untrained(name, WIDTH, SEED, device)?.with_matched_variances();
     Ok(network.outputs(images(&network, device)).concat().into_iter().map(f64::from).collect())
 }
 
@@ -99,6 +96,10 @@ fn step(name: &str, device: &Device) -> Result<[Vec<f64>; 2]> {
             let squares = network.forward(images).into_array().map(|map| map.square().mean());
             let sum = squares.into_iter().reduce(|sum, square| sum + square);
             gradients(&network, sum.unwrap_or_else(|| unreachable!("four maps")))
+        }
+        Network::Joints(network) => {
+            let network = away_from_kinks(*network);
+            gradients(&network, network.forward(images).into_rows().square().mean())
         }
     })
 }

@@ -4,8 +4,10 @@ use anyhow::{Context as _, Result, ensure};
 use burn::tensor::Device;
 use evpose_infer::{Engine, EngineOptions};
 use evpose_nn::graph::Graph;
-use evpose_nn::parameters::{fill, read, with_matched_variances};
-use evpose_nn::{HandHead, MOVE_ENET, MoveEnet, Network as Module, NnError, backbone_by_name};
+use evpose_nn::parameters::{fill, read};
+use evpose_nn::{
+    HandHead, JOINT_NET, MOVE_ENET, MoveEnet, Network as Module, NnError, backbone_by_name,
+};
 use evpose_task::hand::HandConfig;
 use evpose_train::untrained;
 
@@ -59,7 +61,10 @@ impl Network {
 /// If one is not in the registry.
 pub(super) fn names(config: &HandConfig, asked: &[String]) -> Result<Vec<String>> {
     if asked.is_empty() {
-        return Ok(vec![config.network.backbone.clone()]);
+        return Ok(vec![match config.network.head {
+            HandHead::Regressor => config.network.backbone.clone(),
+            HandHead::Joints => JOINT_NET.to_owned(),
+        }]);
     }
     if asked.iter().any(|name| name == ALL) {
         // It would name the others twice.
@@ -88,28 +93,33 @@ fn fits(config: &HandConfig, name: &str) -> bool {
     fits
 }
 
-/// The network of a config with another backbone; MoveEnet with images as published.
+/// The network of a config with another backbone, or of joints; MoveEnet with images as published.
 pub(super) fn network(config: &HandConfig, name: &str, device: &Device) -> Result<Network> {
     let width = config.network.width;
     let (module, input) = if name == MOVE_ENET {
         let module = Module::untrained(name, width, config.seed, device)?;
         let input = module.input();
         (module, input)
+    } else if name == JOINT_NET {
+        let module = Module::untrained(name, width, config.seed, device)?;
+        // Sides of other images may be none that its pyramid has.
+        let input = match config.network.head {
+            HandHead::Joints => image_of(config),
+            HandHead::Regressor => module.input(),
+        };
+        (module, input)
     } else {
         let mut config = config.clone();
         name.clone_into(&mut config.network.backbone);
-        let size = config.network_size();
         config.network.head = HandHead::Regressor;
         let network = untrained(&config, device)?.into_regressor().context("a regressor")?;
         let module = Module::Hand(Box::new(network));
-        (module, [2, usize::from(size.height), usize::from(size.width)])
+        (module, image_of(&config))
     };
     // Initial variances of 1 let values vanish: outputs would agree whatever is computed.
-    let module = match module {
-        Module::Hand(network) => Module::Hand(Box::new(with_matched_variances(*network))),
-        Module::Body(network) => {
-            Module::Body(Box::new(moderate(with_matched_variances(*network), input)?))
-        }
+    let module = match module.with_matched_variances() {
+        Module::Body(network) => Module::Body(Box::new(moderate(*network, input)?)),
+        module => module,
     };
     Ok(Network {
         name: name.to_owned(),
@@ -119,6 +129,12 @@ pub(super) fn network(config: &HandConfig, name: &str, device: &Device) -> Resul
         graph: module.graph(),
         module,
     })
+}
+
+/// Channels, rows and columns of the images of a config's network.
+fn image_of(config: &HandConfig) -> [usize; 3] {
+    let size = config.network_size();
+    [2, usize::from(size.height), usize::from(size.width)]
 }
 
 /// A body's network whose maps are about one before their sigmoids, as those of a trained one:

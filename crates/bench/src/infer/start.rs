@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use burn::tensor::Device;
 use evpose_infer::{Engine, EngineOptions};
 use evpose_nn::weights::{BodyCard, ModelCard, load, save};
-use evpose_nn::{HandRegressor, MoveEnet, Network};
+use evpose_nn::{HandNetwork, HandRegressor, MoveEnet, Network};
 use evpose_pose::body::{BodyDecoder, BodyMaps, DEFAULT_THRESHOLD};
 use serde::Serialize;
 
@@ -43,6 +43,9 @@ impl StartTime {
         match network {
             Network::Hand(network) => save(&path, &**network, &ModelCard::default())?,
             Network::Body(network) => save(&path, &**network, &BodyCard::default())?,
+            Network::Joints(network) => {
+                save(&path, &HandNetwork::Joints((**network).clone()), &ModelCard::default())?;
+            }
         }
         // Values do not change the time of a first inference.
         let image = vec![0.5; input.iter().product()];
@@ -52,6 +55,7 @@ impl StartTime {
             let graph = match network {
                 Network::Hand(_) => load::<HandRegressor>(&path, &Device::flex())?.0.graph(),
                 Network::Body(_) => load::<MoveEnet>(&path, &Device::flex())?.0.graph(),
+                Network::Joints(_) => load::<HandNetwork>(&path, &Device::flex())?.0.graph(),
             };
             let read = begin.elapsed();
             let mut engine = Engine::compile(&graph, input, options)?;

@@ -37,8 +37,10 @@ const PROGRAM_RANGE: f32 = 0.02;
 const PAPER_RANGE: f32 = 0.2;
 /// The forearm is never near its middle twist: this much is added on one side or the other.
 const TWIST_OFFSET: f32 = 1.4;
+/// Twist of a forearm that turns the palm, or the back of the hand, towards the camera; without a twist it is the thumb.
+const SHOWN_TWIST: f32 = std::f32::consts::FRAC_PI_2;
 
-/// Published distribution of the targets.
+/// Distribution of the targets.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Variant {
@@ -52,6 +54,9 @@ pub enum Variant {
     /// The text's second data set, with the arm from the bottom of the image and the elbow not
     /// bent. With the draws of the program, as those of the text cannot be meant.
     Bottom,
+    /// Not published: as [`Self::Code`], with the palm or the back of the hand towards the camera to 0.5 rad, as
+    /// people show gestures, and the elbow's and wrist's bends halved. One in five of the program's hands is seen so.
+    Shown,
 }
 
 /// A pose of the generator: what a motion starts from, aims at and returns.
@@ -91,20 +96,22 @@ impl Target {
             rng.uniform(-range, range)
         });
         // Gains of the released program: they pick out the arm.
-        parameters[ELBOW_X] *= 100.0;
+        parameters[ELBOW_X] *= if variant == Variant::Shown { 25.0 } else { 100.0 };
         parameters[ELBOW_Z] *= 10.0;
+        let bend = if variant == Variant::Shown { 20.0 } else { 40.0 };
         if variant != Variant::Bottom {
-            parameters[ELBOW_Y] *= 40.0;
+            parameters[ELBOW_Y] *= bend;
         }
         for angle in &mut parameters[WRIST_X..WRIST_X + 3] {
-            *angle *= 40.0;
+            *angle *= bend;
         }
 
         let twist_is_negative = match variant {
             Variant::Code => parameters[ELBOW_X] > 0.0,
-            Variant::Paper | Variant::Bottom => rng.chance(0.5),
+            Variant::Paper | Variant::Bottom | Variant::Shown => rng.chance(0.5),
         };
-        parameters[ELBOW_X] += if twist_is_negative { -TWIST_OFFSET } else { TWIST_OFFSET };
+        let twist = if variant == Variant::Shown { SHOWN_TWIST } else { TWIST_OFFSET };
+        parameters[ELBOW_X] += if twist_is_negative { -twist } else { twist };
         // Offsets of the released program as well.
         parameters[COLLAR_Z] += 0.2;
         parameters[SHOULDER_Z] += 0.1;
@@ -118,7 +125,9 @@ impl Target {
             Vec3::from_array(std::array::from_fn(|axis| rng.uniform(low[axis], high[axis])))
         };
         let translation_m = match variant {
-            Variant::Code | Variant::Paper => between([-0.3, -0.3, -0.09], [0.3, 0.3, 0.09]),
+            Variant::Code | Variant::Paper | Variant::Shown => {
+                between([-0.3, -0.3, -0.09], [0.3, 0.3, 0.09])
+            }
             Variant::Bottom => between([-1.5, -0.52, -0.09], [-0.9, 0.08, 0.09]),
         };
         Self { parameters, translation_m }
@@ -243,6 +252,20 @@ mod tests {
         assert_fills(ranges[ELBOW_X], [-7.2, -0.4]);
         let target = Target::draw(Variant::Bottom, &mut CounterRng::new(1, "target", 0));
         assert!((-1.5..=-0.9).contains(&target.translation_m.x));
+    }
+
+    #[test]
+    fn shown_hands_have_palm_or_back_towards_the_camera() {
+        let twists = (0..1000).map(|k| {
+            let target = Target::draw(Variant::Shown, &mut CounterRng::new(1, "target", k));
+            assert!(target.parameters[ELBOW_Y].abs() <= 0.4);
+            assert!(target.parameters[WRIST_X].abs() <= 0.4);
+            target.parameters[ELBOW_X]
+        });
+        let twists: Vec<f32> = twists.collect();
+        assert!(twists.iter().all(|twist| (1.07..2.08).contains(&twist.abs())));
+        let palms = twists.iter().filter(|twist| **twist > 0.0).count();
+        assert!((400..600).contains(&palms), "{palms}");
     }
 
     #[test]

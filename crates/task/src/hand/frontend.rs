@@ -304,6 +304,6 @@ impl<P: Predictor> InferenceWorker for HandWorker<P> {
     type Output = Vec<HandPose>;
 
     fn infer(&mut self, batch: &InputBatch) -> Result<Vec<HandPose>, StreamError> {
-        Ok(self.predictor.predict(batch.values(), self.size)?)
+        Ok(self.predictor.follow(batch.times(), batch.values(), self.size)?)
     }
 }

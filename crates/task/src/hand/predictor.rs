@@ -1,7 +1,7 @@
 //! Predictors of hands: from representations of windows to poses.
 
 use burn::tensor::{Device, Tensor, TensorData};
-use evpose_core::SensorSize;
+use evpose_core::{Micros, SensorSize};
 use evpose_infer::{CalibrationRanges, Engine, EngineOptions, Precision};
 use evpose_nn::graph::Graph;
 use evpose_nn::{HandNetwork, RotationOutput};
@@ -26,6 +26,20 @@ pub trait Predictor: Send {
         inputs: &[f32],
         image_size: (usize, usize),
     ) -> Result<Vec<HandPose>, TaskError>;
+
+    /// As [`Self::predict`], of the windows of one recording that end at `times`, after those of the calls before.
+    ///
+    /// # Errors
+    /// As [`Self::predict`].
+    fn follow(
+        &mut self,
+        times: &[Micros],
+        inputs: &[f32],
+        image_size: (usize, usize),
+    ) -> Result<Vec<HandPose>, TaskError> {
+        debug_assert_eq!(inputs.len(), times.len() * 2 * image_size.0 * image_size.1);
+        self.predict(inputs, image_size)
+    }
 }
 
 impl<P: Predictor + ?Sized> Predictor for &mut P {
@@ -36,6 +50,15 @@ impl<P: Predictor + ?Sized> Predictor for &mut P {
     ) -> Result<Vec<HandPose>, TaskError> {
         (**self).predict(inputs, image_size)
     }
+
+    fn follow(
+        &mut self,
+        times: &[Micros],
+        inputs: &[f32],
+        image_size: (usize, usize),
+    ) -> Result<Vec<HandPose>, TaskError> {
+        (**self).follow(times, inputs, image_size)
+    }
 }
 
 /// A network: on the CPU compiled, on other devices by Burn. With [`TwoPass`], it infers the whole view and then crops.
@@ -43,6 +66,8 @@ pub struct NetworkPredictor {
     backend: Backend,
     decoder: PoseDecoder,
     two_pass: Option<TwoPass>,
+    /// The last hand that was found in a whole view, and the time of that.
+    found: Option<(Micros, HandPose)>,
 }
 
 /// Makes poses of a network's outputs.
@@ -95,7 +120,8 @@ impl NetworkPredictor {
         let compiled = Compiled::new(network.graph(), precision, ranges);
         let decoder = PoseDecoder::new(config, network)?;
         let two_pass = TwoPass::new(config)?;
-        Ok(Self { backend: Backend::Compiled(Box::new(compiled)), decoder, two_pass })
+        let backend = Backend::Compiled(Box::new(compiled));
+        Ok(Self { backend, decoder, two_pass, found: None })
     }
 
     /// Predicts with Burn's own arithmetic on every device.
@@ -110,7 +136,7 @@ impl NetworkPredictor {
         let decoder = PoseDecoder::new(config, &network)?;
         let two_pass = TwoPass::new(config)?;
         let backend = Backend::Burn { network: Box::new(network), device };
-        Ok(Self { backend, decoder, two_pass })
+        Ok(Self { backend, decoder, two_pass, found: None })
     }
 
     /// The network's poses in the view of images of one size, which show `crops` of it.
@@ -160,6 +186,38 @@ impl NetworkPredictor {
         crops(two_pass, inputs, &vec![PerspectiveCrop::WHOLE; count])
     }
 
+    /// For each window, the hand of the last whole view that was looked at: its own, if the one before is older than
+    /// the config allows.
+    fn found_hands(
+        &mut self,
+        two_pass: &TwoPass,
+        times: &[Micros],
+        inputs: &[f32],
+    ) -> Result<Vec<HandPose>, TaskError> {
+        let mut last = self.found.map(|(t, _)| t);
+        let is_due = |t: Micros, last: Micros| !(last..last + two_pass.view_every()).contains(&t);
+        let looks: Vec<bool> = times
+            .iter()
+            .map(|&t| {
+                let looks = last.is_none_or(|last| is_due(t, last));
+                last = last.filter(|_| !looks).or(Some(t));
+                looks
+            })
+            .collect();
+        let views = inputs.chunks_exact(2 * two_pass.view_size().pixels());
+        let views: Vec<&[f32]> =
+            views.zip(&looks).filter(|(_, looks)| **looks).map(|(view, _)| view).collect();
+        let whole = vec![PerspectiveCrop::WHOLE; views.len()];
+        let mut hands = self.infer_crops(two_pass, &views.concat(), &whole)?.into_iter();
+        let found = times.iter().zip(looks).filter_map(|(&t, looks)| {
+            if looks {
+                self.found = hands.next().map(|hand| (t, hand));
+            }
+            self.found.map(|(_, hand)| hand)
+        });
+        Ok(found.collect())
+    }
+
     /// The poses of `crops`, one of each of the views in `inputs`, in those views.
     fn infer_crops(
         &mut self,
@@ -179,15 +237,29 @@ impl Predictor for NetworkPredictor {
         inputs: &[f32],
         image_size: (usize, usize),
     ) -> Result<Vec<HandPose>, TaskError> {
-        let whole = vec![PerspectiveCrop::WHOLE; inputs.len() / (2 * image_size.0 * image_size.1)];
+        self.found = None;
+        // Windows of no recording: all whole views are looked at.
+        let apart = |k: usize| Micros(k as i64 * TwoPass::MAX_VIEW_EVERY_US);
+        let times: Vec<Micros> =
+            (0..inputs.len() / (2 * image_size.0 * image_size.1)).map(apart).collect();
+        self.follow(&times, inputs, image_size)
+    }
+
+    fn follow(
+        &mut self,
+        times: &[Micros],
+        inputs: &[f32],
+        image_size: (usize, usize),
+    ) -> Result<Vec<HandPose>, TaskError> {
         // Taken out while the network runs, which borrows the predictor as a whole.
         let Some(mut two_pass) = self.two_pass.take() else {
+            let whole = vec![PerspectiveCrop::WHOLE; times.len()];
             return self.infer(inputs, image_size, &whole, None);
         };
         // Cameras of many pixels have a finer view.
         let (height, width) = (image_size.0 as u16, image_size.1 as u16);
         two_pass.set_view_size(SensorSize { width, height });
-        let mut poses = self.infer_crops(&two_pass, inputs, &whole);
+        let mut poses = self.found_hands(&two_pass, times, inputs);
         for _ in 0..two_pass.crops() {
             poses = poses.and_then(|before| {
                 let about: Vec<PerspectiveCrop> =

@@ -1,6 +1,6 @@
 //! Two passes of one network over a window: of the whole canonical view, and of a crop about the hand.
 
-use evpose_core::{CounterRng, SensorSize};
+use evpose_core::{CounterRng, Micros, SensorSize};
 use evpose_pose::{HandParams, HandPose, HandSide};
 use evpose_sim::raster::Camera;
 use glam::{Mat3, Vec2, Vec3};
@@ -32,6 +32,10 @@ pub struct TwoPassConfig {
     /// Crops of a window, one after the other, each about the hand of the pass before.
     #[serde(skip_serializing_if = "is_one")]
     pub crops: usize,
+    /// Microseconds of a recording after which the whole view is looked at once more. Until then, crops are about the
+    /// hand that was found there; 0 looks at all.
+    #[serde(skip_serializing_if = "is_zero_us")]
+    pub view_every_us: i64,
     /// Share of the training windows that are whole views.
     pub first_pass_probability: f32,
     /// Share of the training windows of networks of joints that show what lies beside the hand.
@@ -69,6 +73,7 @@ impl Default for TwoPassConfig {
             distance_m: 0.31,
             max_zoom: 4.0,
             crops: 1,
+            view_every_us: 0,
             first_pass_probability: 0.4,
             empty_probability: 0.0,
             errors: CropErrors::default(),
@@ -79,6 +84,11 @@ impl Default for TwoPassConfig {
 #[allow(clippy::trivially_copy_pass_by_ref, reason = "as serde calls it")]
 fn is_zero(probability: &f32) -> bool {
     *probability == 0.0
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "as serde calls it")]
+fn is_zero_us(time_us: &i64) -> bool {
+    *time_us == 0
 }
 
 #[allow(clippy::trivially_copy_pass_by_ref, reason = "as serde calls it")]
@@ -105,6 +115,7 @@ impl TwoPassConfig {
             && self.distance_m > 0.0
             && self.max_zoom >= 1.0
             && (1..=MAX_CROPS).contains(&self.crops)
+            && (0..=TwoPass::MAX_VIEW_EVERY_US).contains(&self.view_every_us)
             && (0.0..=1.0).contains(&self.first_pass_probability)
             && (0.0..=1.0).contains(&self.empty_probability)
             && (0.0..=1.0).contains(&direction)
@@ -124,6 +135,9 @@ pub struct TwoPass {
 }
 
 impl TwoPass {
+    /// Maximum of [`TwoPassConfig::view_every_us`]: a second, in which a hand goes anywhere.
+    pub const MAX_VIEW_EVERY_US: i64 = 1_000_000;
+
     /// Those of a config; none if its network sees the whole view only, as it is.
     ///
     /// # Errors
@@ -147,6 +161,11 @@ impl TwoPass {
     /// Crops of a window, one after the other.
     pub fn crops(&self) -> usize {
         self.config.crops
+    }
+
+    /// Time after which the whole view of a recording is looked at once more.
+    pub fn view_every(&self) -> Micros {
+        Micros(self.config.view_every_us)
     }
 
     /// Size of the view.
@@ -412,6 +431,33 @@ mod tests {
                 NetworkPredictor::new(&config, network.clone(), device.clone()).unwrap();
             let poses = predictor.predict(&both, sides(view)).unwrap();
             assert!(poses.iter().all(|pose| pose.params == last) && poses.len() == 2);
+        }
+
+        // Of one recording, the second crop is about the hand of the first whole view until this is too old.
+        config.two_pass.as_mut().unwrap().view_every_us = 5_000;
+        let other = values.iter().rev().copied().collect::<Vec<f32>>();
+        let inputs = [values, other].concat();
+        let follow = |times: [i64; 2], at_once: bool| {
+            let mut predictor =
+                NetworkPredictor::new(&config, network.clone(), device.clone()).unwrap();
+            let times = times.map(Micros);
+            if at_once {
+                return predictor.follow(&times, &inputs, sides(view)).unwrap();
+            }
+            let parts = times.chunks(1).zip(inputs.chunks(inputs.len() / 2));
+            parts.flat_map(|(t, part)| predictor.follow(t, part, sides(view)).unwrap()).collect()
+        };
+        let alone = follow([0, 5_000], true);
+        assert_eq!(
+            alone,
+            NetworkPredictor::new(&config, network.clone(), device.clone())
+                .and_then(|mut predictor| predictor.predict(&inputs, sides(view)))
+                .unwrap()
+        );
+        for at_once in [true, false] {
+            let followed = follow([0, 4_999], at_once);
+            assert!(followed[0] == alone[0] && followed[1] != alone[1]);
+            assert_eq!(followed, follow([0, 4_999], true));
         }
         assert!(first != second && second != third);
     }

@@ -19,7 +19,7 @@ const MIN_INSIDE: usize = JOINTS / 3;
 /// Active pixels of both channels below which an image shows nothing: a fingertip that moves makes more.
 const MIN_ACTIVE: usize = 24;
 /// Active pixels of both channels about a hand with which it is worth a step of training: an outline has more.
-const MIN_ACTIVE_OF_HAND: usize = 40;
+const MIN_ACTIVE_OF_HAND: usize = 80;
 /// Shortest palm, in metres: keeps depths finite whatever a file says.
 const MIN_PALM_M: f32 = 1e-3;
 
@@ -171,7 +171,7 @@ mod tests {
             columns.for_each(|x| (36..48).for_each(|y| seen[y * 128 + x] = 0.5));
             seen
         };
-        assert!(label.is_instructive(&image(64..70), size));
+        assert!(label.is_instructive(&image(60..72), size));
         assert!(!label.is_instructive(&image(100..106), size), "events beside the hand");
         assert!(!label.is_instructive(&image(0..0), size));
         let nobody = label.without_hand();
