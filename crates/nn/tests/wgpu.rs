@@ -128,25 +128,25 @@ fn step(name: &str, seed: u64, kinks: Kinks, device: &Device) -> [Vec<f64>; 3] {
     let network = Network::untrained(name, 0.125, seed, device).unwrap();
     let images = images(&network, side(name), device);
     match network {
-        Network::Hand(network) => after_step(kinks.of(*network), |network: &HandRegressor| {
+        Network::Hand(network) => after_step(&kinks.of(*network), |network: &HandRegressor| {
             HandLoss::default().forward(network.forward(images), targets(BATCH, device)).objective
         }),
-        Network::Body(network) => after_step(kinks.of(*network), |network: &MoveEnet| {
+        Network::Body(network) => after_step(&kinks.of(*network), |network: &MoveEnet| {
             let maps = network.forward(images).into_array();
             maps.map(|map| map.square().mean()).into_iter().reduce(|sum, map| sum + map).unwrap()
         }),
-        Network::Joints(network) => after_step(kinks.of(*network), |network: &JointNet| {
+        Network::Joints(network) => after_step(&kinks.of(*network), |network: &JointNet| {
             network.forward(images).into_rows().square().mean()
         }),
     }
 }
 
-fn after_step<M: Module>(network: M, objective: impl FnOnce(&M) -> Tensor<1>) -> [Vec<f64>; 3] {
-    let objective = objective(&network);
+fn after_step<M: Module>(network: &M, objective: impl FnOnce(&M) -> Tensor<1>) -> [Vec<f64>; 3] {
+    let objective = objective(network);
     let gradients = objective.backward();
     let mut flattened = Flattened { gradients: &gradients, list: Vec::new() };
     network.visit(&mut flattened);
-    let is_running = read(&network).into_iter().filter(|(slot, _)| !slot.is_trained());
+    let is_running = read(network).into_iter().filter(|(slot, _)| !slot.is_trained());
     let running = is_running.flat_map(|(_, values)| values).map(f64::from).collect();
     [values_of(objective), flattened.list, running]
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
-use crate::synthetic::{Field, hand, npz, pkl};
+use crate::synthetic::{Field, body, hand, npz, pkl};
 use crate::{Result, glb, put};
 
 pub(crate) fn write(folder: &Path) -> Result<()> {
@@ -18,6 +18,8 @@ pub(crate) fn write(folder: &Path) -> Result<()> {
         put(folder, "model-npz", name, &deflated(&npz(fields))?)?;
     }
     put(folder, "model-npz", "stored", &npz(&tiny))?;
+    let whole_body: Vec<Field> = body().into_iter().map(cut).collect();
+    put(folder, "model-npz", "body", &npz(&whole_body))?;
     put(folder, "model-glb", "hand", &glb::hand())?;
     put(folder, "pickle", "tiny", &pkl(&tiny))?;
     let plain = b"(dp0\nS'a'\np1\nI7\nsS'b'\np2\n(lp3\nF1.5\naL12L\na(I1\nI2\ntp4\naVtext\np5\nas.";

@@ -19,6 +19,7 @@ use rayon::prelude::*;
 use super::candidate_fit::fit_candidates;
 use super::decision::{Worth, is_large_enough_to_try, is_worth_trying};
 use super::formula_terms::{FORMULA, TERMS, Term};
+use super::identification::FittedCandidate;
 use super::places::{of_places, unlikeness};
 use super::screening::{ScreenedTrial, ScreeningBase, sort};
 use super::selection::{SelectedEffect, Selection};
@@ -43,6 +44,13 @@ const MAX_WORSE: f64 = 2.0;
 /// Stride in the grid of strengths.
 const STRIDE: usize = 2;
 
+/// A formula that is fitted beside a selection.
+struct ScoredFormula {
+    /// The sum of training and held-out data.
+    discrepancy: f64,
+    candidate: FittedCandidate,
+}
+
 impl Forward<'_> {
     /// The best formula beside a selection, beside what of it did not fail its tests (`failed`, indices of
     /// its effects), or in the place of all that was selected or refitted, beside `unfitted`; none if none is
@@ -66,8 +74,23 @@ impl Forward<'_> {
                 bases.push(other);
             }
         }
-        let found = bases.into_iter().map(|base| self.formulas_beside(base));
-        let mut found = found.collect::<Result<Vec<_>, GapError>>()?.concat();
+        // Only the best beside any of them are fitted together with the rest, which takes longest.
+        let mut scored = Vec::new();
+        for base in bases {
+            scored.extend(self.formulas_beside(base)?.into_iter().map(|one| (base, one)));
+        }
+        scored.sort_by(|(_, a), (_, b)| a.discrepancy.total_cmp(&b.discrepancy));
+        scored.truncate(FITTED_TOGETHER);
+        let mut found = Vec::new();
+        for (base, ScoredFormula { candidate, .. }) in scored {
+            let mut with = base.clone();
+            with.model.clone_from(&candidate.fit.model);
+            with.effects.push(SelectedEffect { candidate, rivals: Vec::new(), is_proven: false });
+            with.fit_together(self.splits, ROUNDS)?;
+            if self.splits.resolves(&with) {
+                found.push(with);
+            }
+        }
         found.sort_by(|a, b| a.discrepancy().total_cmp(&b.discrepancy()));
         let failed: Vec<&str> =
             failed.iter().map(|i| selection.effects[*i].candidate.name).collect();
@@ -144,8 +167,8 @@ impl Forward<'_> {
         }))
     }
 
-    /// Selections with the best formulas added, fitted together with everything else.
-    fn formulas_beside(&self, selection: &Selection) -> Result<Vec<Selection>, GapError> {
+    /// The best formulas beside a selection, fitted to training data and scored.
+    fn formulas_beside(&self, selection: &Selection) -> Result<Vec<ScoredFormula>, GapError> {
         if selection.has(FORMULA) {
             return Ok(Vec::new());
         }
@@ -153,26 +176,14 @@ impl Forward<'_> {
         if proposals.is_empty() {
             return Ok(Vec::new());
         }
-        let splits = self.splits;
         let free = selection.free_parameters();
-        let mut fitted = fit_candidates(&splits.train, &selection.model, &proposals, &free)?;
+        let mut fitted = fit_candidates(&self.splits.train, &selection.model, &proposals, &free)?;
         fitted.truncate(SCORED);
-        let mut scored = fitted
-            .into_iter()
-            .map(|one| Ok((splits.score(&one.fit.model)?.discrepancy + one.fit.discrepancy, one)))
-            .collect::<Result<Vec<_>, GapError>>()?;
-        scored.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let mut found = Vec::new();
-        for (_, candidate) in scored.into_iter().take(FITTED_TOGETHER) {
-            let mut with = selection.clone();
-            with.model.clone_from(&candidate.fit.model);
-            with.effects.push(SelectedEffect { candidate, rivals: Vec::new(), is_proven: false });
-            with.fit_together(splits, ROUNDS)?;
-            if splits.resolves(&with) {
-                found.push(with);
-            }
-        }
-        Ok(found)
+        let scored = fitted.into_iter().map(|candidate| {
+            let held_out = self.splits.score(&candidate.fit.model)?.discrepancy;
+            Ok(ScoredFormula { discrepancy: held_out + candidate.fit.discrepancy, candidate })
+        });
+        scored.collect()
     }
 
     /// The best trial of each of the best terms, the best first.
