@@ -67,7 +67,7 @@ pub struct NetworkPredictor {
     decoder: PoseDecoder,
     two_pass: Option<TwoPass>,
     /// The last hand that was found in a whole view, and the time of that.
-    found: Option<(Micros, HandPose)>,
+    in_whole_view: Option<(Micros, HandPose)>,
 }
 
 /// Makes poses of a network's outputs.
@@ -121,7 +121,7 @@ impl NetworkPredictor {
         let decoder = PoseDecoder::new(config, network)?;
         let two_pass = TwoPass::new(config)?;
         let backend = Backend::Compiled(Box::new(compiled));
-        Ok(Self { backend, decoder, two_pass, found: None })
+        Ok(Self { backend, decoder, two_pass, in_whole_view: None })
     }
 
     /// Predicts with Burn's own arithmetic on every device.
@@ -136,7 +136,7 @@ impl NetworkPredictor {
         let decoder = PoseDecoder::new(config, &network)?;
         let two_pass = TwoPass::new(config)?;
         let backend = Backend::Burn { network: Box::new(network), device };
-        Ok(Self { backend, decoder, two_pass, found: None })
+        Ok(Self { backend, decoder, two_pass, in_whole_view: None })
     }
 
     /// The network's poses in the view of images of one size, which show `crops` of it.
@@ -188,34 +188,34 @@ impl NetworkPredictor {
 
     /// For each window, the hand of the last whole view that was looked at: its own, if the one before is older than
     /// the config allows.
-    fn found_hands(
+    fn hands_of_views(
         &mut self,
         two_pass: &TwoPass,
         times: &[Micros],
         inputs: &[f32],
     ) -> Result<Vec<HandPose>, TaskError> {
-        let mut last = self.found.map(|(t, _)| t);
-        let is_due = |t: Micros, last: Micros| !(last..last + two_pass.view_every()).contains(&t);
-        let looks: Vec<bool> = times
+        let mut last = self.in_whole_view.map(|(t, _)| t);
+        let is_old = |t: Micros, last: Micros| !(last..last + two_pass.view_every()).contains(&t);
+        let is_due: Vec<bool> = times
             .iter()
             .map(|&t| {
-                let looks = last.is_none_or(|last| is_due(t, last));
-                last = last.filter(|_| !looks).or(Some(t));
-                looks
+                let is_due = last.is_none_or(|last| is_old(t, last));
+                last = last.filter(|_| !is_due).or(Some(t));
+                is_due
             })
             .collect();
         let views = inputs.chunks_exact(2 * two_pass.view_size().pixels());
         let views: Vec<&[f32]> =
-            views.zip(&looks).filter(|(_, looks)| **looks).map(|(view, _)| view).collect();
+            views.zip(&is_due).filter(|(_, is_due)| **is_due).map(|(view, _)| view).collect();
         let whole = vec![PerspectiveCrop::WHOLE; views.len()];
         let mut hands = self.infer_crops(two_pass, &views.concat(), &whole)?.into_iter();
-        let found = times.iter().zip(looks).filter_map(|(&t, looks)| {
-            if looks {
-                self.found = hands.next().map(|hand| (t, hand));
+        let of_windows = times.iter().zip(is_due).filter_map(|(&t, is_due)| {
+            if is_due {
+                self.in_whole_view = hands.next().map(|hand| (t, hand));
             }
-            self.found.map(|(_, hand)| hand)
+            self.in_whole_view.map(|(_, hand)| hand)
         });
-        Ok(found.collect())
+        Ok(of_windows.collect())
     }
 
     /// The poses of `crops`, one of each of the views in `inputs`, in those views.
@@ -237,7 +237,7 @@ impl Predictor for NetworkPredictor {
         inputs: &[f32],
         image_size: (usize, usize),
     ) -> Result<Vec<HandPose>, TaskError> {
-        self.found = None;
+        self.in_whole_view = None;
         // Windows of no recording: all whole views are looked at.
         let apart = |k: usize| Micros(k as i64 * TwoPass::MAX_VIEW_EVERY_US);
         let times: Vec<Micros> =
@@ -259,7 +259,7 @@ impl Predictor for NetworkPredictor {
         // Cameras of many pixels have a finer view.
         let (height, width) = (image_size.0 as u16, image_size.1 as u16);
         two_pass.set_view_size(SensorSize { width, height });
-        let mut poses = self.found_hands(&two_pass, times, inputs);
+        let mut poses = self.hands_of_views(&two_pass, times, inputs);
         for _ in 0..two_pass.crops() {
             poses = poses.and_then(|before| {
                 let about: Vec<PerspectiveCrop> =
