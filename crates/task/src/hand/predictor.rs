@@ -237,12 +237,15 @@ impl Predictor for NetworkPredictor {
         inputs: &[f32],
         image_size: (usize, usize),
     ) -> Result<Vec<HandPose>, TaskError> {
-        self.in_whole_view = None;
         // Windows of no recording: all whole views are looked at.
         let apart = |k: usize| Micros(k as i64 * TwoPass::MAX_VIEW_EVERY_US);
         let times: Vec<Micros> =
             (0..inputs.len() / (2 * image_size.0 * image_size.1)).map(apart).collect();
-        self.follow(&times, inputs, image_size)
+        self.in_whole_view = None;
+        let poses = self.follow(&times, inputs, image_size);
+        // Nor are their hands those of a recording that comes later.
+        self.in_whole_view = None;
+        poses
     }
 
     fn follow(

@@ -454,6 +454,13 @@ mod tests {
                 .and_then(|mut predictor| predictor.predict(&inputs, sides(view)))
                 .unwrap()
         );
+        // Of other windows before, as those that warm an engine up, nothing is kept.
+        let mut warm = NetworkPredictor::new(&config, network.clone(), device.clone()).unwrap();
+        warm.predict(&inputs[inputs.len() / 2..], sides(view)).unwrap();
+        assert_eq!(
+            warm.follow(&[Micros(0)], &inputs[..inputs.len() / 2], sides(view)).unwrap(),
+            [alone[0]]
+        );
         for at_once in [true, false] {
             let followed = follow([0, 4_999], at_once);
             assert!(followed[0] == alone[0] && followed[1] != alone[1]);
