@@ -40,11 +40,15 @@ pub(super) fn next_step(verdict: &Verdict) -> String {
         let others = finding.confusable_with.join(", ");
         return format!("to separate {} from {others}: record {record}", finding.name);
     }
+    // A formula alone leaves the verdict that nothing of the catalogue explains the gap.
+    let is_found = verdict.verdict != Answer::NoneOfCatalogue || !verdict.effects.is_empty();
     match verdict.verdict {
         Answer::NoGap => {
             "use the model as it is; what this recording could not show is listed below".to_owned()
         }
-        Answer::Effects | Answer::Parameter if !verdict.unexplained.is_significant => {
+        Answer::Effects | Answer::Parameter | Answer::NoneOfCatalogue
+            if is_found && !verdict.unexplained.is_significant =>
+        {
             match verdict.notes.iter().any(|note| note == SECOND_RECORDING) {
                 true => "use corrected.toml; `evpose gap verify` checks it by other statistics"
                     .to_owned(),

@@ -29,7 +29,7 @@ pub(crate) fn explanation(page: &mut HtmlPage, data: &ReportData) -> Result<(), 
     }
     let title = match verdict.verdict {
         Answer::Partial => "What explains a part of the gap",
-        Answer::NoneOfCatalogue => "Nothing explains the gap",
+        Answer::NoneOfCatalogue if verdict.effects.is_empty() => "Nothing explains the gap",
         Answer::Undecided => "What may explain the gap",
         _ => "What explains the gap",
     };
