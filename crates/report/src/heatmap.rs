@@ -13,6 +13,7 @@ const NAME_PX: f64 = 11.0;
 const CELL_PX: f64 = 9.5;
 /// Width of a letter of a name, about, pixels.
 const LETTER: f64 = 6.1;
+const BOLD_LETTER: f64 = 6.8;
 /// Space around names, pixels.
 const SPACE: f64 = 8.0;
 
@@ -127,8 +128,11 @@ impl Heatmap {
 
 /// Space that the longest name takes, pixels.
 fn names_px(names: &[Name]) -> f64 {
-    let longest = names.iter().map(|name| name.text.chars().count()).max().unwrap_or(0);
-    LETTER * longest as f64 + SPACE
+    let width = |name: &Name| {
+        let letter = if name.is_bold { BOLD_LETTER } else { LETTER };
+        letter * name.text.chars().count() as f64
+    };
+    names.iter().map(width).fold(0.0, f64::max) + SPACE
 }
 
 fn words(name: &Name, anchor: HPos, is_upright: bool) -> Words<'_> {

@@ -45,7 +45,7 @@ pub(crate) static LASTING_PATTERN: Signature = Signature {
 };
 
 pub(crate) static LATE_COUNT: Signature = Signature {
-    quantity: "log of events over expected, in the last third of the time less in the first",
+    quantity: "log of events over expected, in the last third of the time minus in the first",
     unit: "",
     must: "change with time",
     recording: "the same moving texture for a minute",
@@ -63,7 +63,7 @@ pub(crate) static STEP_SPREAD: Signature = Signature {
 };
 
 pub(crate) static STEP_ASYMMETRY: Signature = Signature {
-    quantity: "change of light behind an event of the same polarity less behind one of the other",
+    quantity: "change of light behind an event of the same polarity minus behind one of the other",
     unit: "ln",
     must: "make the next event of the same polarity come sooner or later than that of the other",
     recording: "slow ramps of light up and down, under a lamp on direct current",
@@ -72,7 +72,7 @@ pub(crate) static STEP_ASYMMETRY: Signature = Signature {
 };
 
 pub(crate) static FAST_STEPS: Signature = Signature {
-    quantity: "change of light per event where it is fast less where it is slow",
+    quantity: "change of light per event where it is fast minus where it is slow",
     unit: "ln",
     must: "lose more light between two events where it changes faster",
     recording: "the same edge at two speeds that differ by ten",
@@ -81,7 +81,7 @@ pub(crate) static FAST_STEPS: Signature = Signature {
 };
 
 pub(crate) static ALTERNATION: Signature = Signature {
-    quantity: "pairs of opposite polarity less pairs of one polarity, at rest",
+    quantity: "pairs of opposite polarity minus pairs of one polarity, at rest",
     unit: "",
     must: "make ON and OFF events of pixels at rest alternate",
     recording: "a static grey card for ten seconds, at two brightnesses: noise of the photoreceptor \
@@ -100,7 +100,7 @@ pub(crate) static LAG: Signature = Signature {
 };
 
 pub(crate) static DARK_LAG: Signature = Signature {
-    quantity: "delay in the dark less that in bright light",
+    quantity: "delay in the dark minus that in bright light",
     unit: "ms",
     must: "delay events in the dark more than in bright light",
     recording: "the same moving edge at two brightnesses that differ by ten: an offset of the clock \
@@ -110,7 +110,7 @@ pub(crate) static DARK_LAG: Signature = Signature {
 };
 
 pub(crate) static LAG_GROWTH: Signature = Signature {
-    quantity: "delay in the last third of the time less in the first",
+    quantity: "delay in the last third of the time minus in the first",
     unit: "ms",
     must: "delay events more and more from the beginning to the end",
     recording: "a longer recording: a drift grows with it, an offset does not",
@@ -128,7 +128,7 @@ pub(crate) static LAG_SPREAD: Signature = Signature {
 };
 
 pub(crate) static BUSY_LAG: Signature = Signature {
-    quantity: "delay while many pixels have events less that in calm moments",
+    quantity: "delay while many pixels have events minus that in calm moments",
     unit: "ms",
     must: "delay events while many pixels have some",
     recording: "a scene that is busy and calm in turn, such as a flash every tenth of a second",
@@ -146,7 +146,7 @@ pub(crate) static ROW_ORDER: Signature = Signature {
 };
 
 pub(crate) static BUSY_COUNT: Signature = Signature {
-    quantity: "log of events over expected while many pixels have events, less in calm moments",
+    quantity: "log of events over expected while many pixels have events minus in calm moments",
     unit: "",
     must: "lose events while many pixels have some, and none in calm moments",
     recording: "a scene that is busy and calm in turn, such as a flash every tenth of a second",
@@ -155,7 +155,7 @@ pub(crate) static BUSY_COUNT: Signature = Signature {
 };
 
 pub(crate) static FAST_COUNT: Signature = Signature {
-    quantity: "log of events over expected where light changes fast less where it changes slowly",
+    quantity: "log of events over expected where light changes fast minus where it changes slowly",
     unit: "",
     must: "change the number of events with the speed of the light",
     recording: "the same edge at two speeds that differ by ten",
@@ -164,7 +164,7 @@ pub(crate) static FAST_COUNT: Signature = Signature {
 };
 
 pub(crate) static FINE_COUNT: Signature = Signature {
-    quantity: "log of events over expected on fine structure less on even light",
+    quantity: "log of events over expected on fine structure minus on even light",
     unit: "",
     must: "change the number of events on fine structure, at any speed",
     recording: "bars of several widths that move at one speed",
@@ -173,7 +173,7 @@ pub(crate) static FINE_COUNT: Signature = Signature {
 };
 
 pub(crate) static DARK_COUNT: Signature = Signature {
-    quantity: "log of events over expected in the dark less in bright light",
+    quantity: "log of events over expected in the dark minus in bright light",
     unit: "",
     must: "change the number of events in the dark against that in bright light",
     recording: "the same moving contrast at two brightnesses that differ by ten",
@@ -182,7 +182,7 @@ pub(crate) static DARK_COUNT: Signature = Signature {
 };
 
 pub(crate) static REST_ON: Signature = Signature {
-    quantity: "rate of ON less that of OFF events of a pixel at rest",
+    quantity: "rate of ON minus that of OFF events of a pixel at rest",
     unit: "Hz",
     must: "make ON events, and no OFF events, of pixels at rest",
     recording: "a static grey card for ten seconds",
@@ -191,7 +191,7 @@ pub(crate) static REST_ON: Signature = Signature {
 };
 
 pub(crate) static REST_ON_IN_LIGHT: Signature = Signature {
-    quantity: "rate of ON events of a pixel at rest, in bright light less in the dark",
+    quantity: "rate of ON events of a pixel at rest, in bright light minus in the dark",
     unit: "Hz",
     must: "make more ON events of pixels at rest in bright light than in the dark",
     recording: "a static scene with bright and dark parts for ten seconds",
@@ -200,7 +200,7 @@ pub(crate) static REST_ON_IN_LIGHT: Signature = Signature {
 };
 
 pub(crate) static REST_IN_DARK: Signature = Signature {
-    quantity: "rate of events of a pixel at rest, in the dark less in bright light",
+    quantity: "rate of events of a pixel at rest, in the dark minus in bright light",
     unit: "Hz",
     must: "make more events of pixels at rest in the dark than in bright light",
     recording: "a static scene with bright and dark parts for ten seconds",

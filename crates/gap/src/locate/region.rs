@@ -91,7 +91,7 @@ impl Region {
         let polarity = axis::polarity(sign);
         // A ratio to nothing is no number that a reader can use.
         let head = if self.expected < 0.5 {
-            format!("{polarity}events where the model makes none")
+            format!("Unmodelled {polarity}events")
         } else if self.ratio > 1.0 {
             format!("Excess x{} of {polarity}events", self.interval())
         } else {

@@ -241,7 +241,14 @@ impl Response {
     /// The fit in words: what a physicist would write next.
     pub fn sentence(&self) -> String {
         let polarity = if self.is_on { "ON" } else { "OFF" };
-        let ResponseFit { form, shape, amplitude, error } = self.fit;
+        let ResponseFit { form, shape, mut amplitude, mut error } = self.fit;
+        // Powers at the point where they are largest: at one unit, there may be nothing to see.
+        let largest = self.points.iter().max_by(|a, b| a.fitted.abs().total_cmp(&b.fitted.abs()));
+        let at = largest.filter(|_| matches!(shape, ResponseShape::Power(_))).map(|point| point.x);
+        if let Some(factor) = at.map(|x| shape.at(x)) {
+            amplitude *= factor;
+            error *= factor;
+        }
         let sign = if amplitude > 0.0 { "more" } else { "fewer" };
         let size = match form {
             ResponseForm::Rate => {
@@ -258,13 +265,14 @@ impl Response {
             ),
         };
         let (name, unit) = (self.property.name(), self.property.unit());
+        let at = at.unwrap_or(1.0);
         match shape {
             ResponseShape::Even => format!("{size}, whatever the {name}"),
             ResponseShape::Power(1.0) => {
-                format!("{size} at a {name} of 1 {unit}, in proportion to it")
+                format!("{size} at a {name} of {at:.3} {unit}, in proportion to it")
             }
             ResponseShape::Power(power) => {
-                format!("{size} at a {name} of 1 {unit}, as its power of {power}")
+                format!("{size} at a {name} of {at:.3} {unit}, as its power of {power}")
             }
             ResponseShape::Below(limit) => {
                 format!("{size} where the {name} is below {limit:.3} {unit}")
@@ -306,7 +314,9 @@ mod tests {
             (ResponseForm::Rate, ResponseShape::Power(1.0))
         );
         assert!((photo.fit.amplitude - 3.0).abs() < 1e-6 && photo.explained > 0.99);
-        assert!(photo.sentence().starts_with("3.000 ± "), "{}", photo.sentence());
+        // At the brightest point.
+        assert!(photo.sentence().starts_with("2.250 ± "), "{}", photo.sentence());
+        assert!(photo.sentence().contains(" of 0.750 "), "{}", photo.sentence());
         assert!(photo.sentence().contains("in proportion to it"));
     }
 

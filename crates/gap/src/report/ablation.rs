@@ -1,25 +1,8 @@
-//! Alternatives to the answer: ranked candidates, confusable effects, ablation, and assumptions.
-
-use std::collections::BTreeMap;
+//! Alternatives to the answer: confusable effects, ablation, and assumptions.
 
 use serde::{Deserialize, Serialize};
 
-use crate::verdict::{Answer, GapValue, Quantity, Verdict};
-
-/// A candidate of the search.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Ranked {
-    /// Name in the catalogue.
-    pub name: String,
-    /// Discrepancy of the model with it.
-    pub discrepancy: f64,
-    /// Standard error of its difference to the best, if known.
-    pub error: Option<f64>,
-    /// Whether all its parameters were fitted, or only its strength was screened.
-    pub is_fitted: bool,
-    /// Fitted parameters.
-    pub parameters: BTreeMap<String, Quantity>,
-}
+use crate::verdict::{Answer, GapValue, Verdict};
 
 /// Similarity of the directions of effects; one for indistinguishable pairs.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]

@@ -15,7 +15,7 @@ use crate::locate::Located;
 use crate::verdict::Verdict;
 
 pub(crate) use ablation::SECOND_RECORDING;
-pub use ablation::{Ablation, CORRECTED_NOTE, Confusability, Doubt, ModelChange, Ranked};
+pub use ablation::{Ablation, CORRECTED_NOTE, Confusability, Doubt, ModelChange};
 pub use plot::{AxisScale, Plot};
 pub use plots::plots;
 pub use probes::{BlockGap, ProbeRow, block_gaps, probe_rows};
@@ -39,10 +39,6 @@ pub struct ReportData {
     pub after: Option<Located>,
     /// Measured, simulated and corrected curves, see [`plots()`].
     pub plots: Vec<Plot>,
-    /// Candidates of the search, the best first.
-    pub candidates: Vec<Ranked>,
-    /// Discrepancy of the model with its own parameters refitted, the baseline of candidates.
-    pub discrepancy_without: Option<f64>,
     /// Similarity of effects in this recording.
     pub confusability: Confusability,
     /// Gaps of the ablation: effects added, dropped and swapped.
@@ -85,8 +81,6 @@ impl ReportData {
             before: Located::default(),
             after: None,
             plots: Vec::new(),
-            candidates: Vec::new(),
-            discrepancy_without: None,
             confusability: Confusability::default(),
             ablation: Vec::new(),
             side_by_side: None,

@@ -81,3 +81,34 @@ fn confused(finding: &Finding) -> Option<(&Finding, &'static str)> {
     let record = names.find_map(recording_of)?;
     (!finding.confusable_with.is_empty()).then_some((finding, record))
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "tests")]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+    use crate::verdict::FindingKind;
+
+    #[test]
+    fn with_a_formula_the_corrected_model_is_the_next_step() {
+        let gap = json!({"value": 0.9, "lo": 0.8, "hi": 1.0});
+        let mut verdict: Verdict = serde_json::from_value(json!({
+            "schema": 1, "verdict": Answer::NoneOfCatalogue, "effects": [], "p": 0.0, "grr": 0.9,
+            "unexplained": {
+                "fraction": 0.1, "p": 0.5, "is_significant": false, "nearest_stage": "detector",
+                "sentence": "", "shares": {}, "responses": [],
+            },
+            "gap_before": gap, "gap_after": gap, "where": {"sentence": "", "shares": {}},
+            "stage_shares": {}, "limits": [], "untestable": {}, "c2st_before": null,
+            "c2st_after": null, "notes": [SECOND_RECORDING],
+        }))
+        .unwrap();
+        assert!(next_step(&verdict).contains("record"), "{}", next_step(&verdict));
+        let formula = json!({
+            "name": "formula", "kind": FindingKind::Formula, "parameters": {}, "confusable_with": [],
+        });
+        verdict.effects.push(serde_json::from_value(formula).unwrap());
+        assert!(next_step(&verdict).starts_with("use corrected.toml"), "{}", next_step(&verdict));
+    }
+}

@@ -15,10 +15,9 @@ use super::{Directions, Prepared, ablation, gap_value, limits};
 use crate::c2st::two_sample;
 use crate::locate::{Located, Response, locate};
 use crate::report::{
-    CORRECTED_NOTE, Confusability, Doubt, Ranked, ReportData, SideBySide, block_gaps, plots,
-    probe_rows,
+    CORRECTED_NOTE, Confusability, Doubt, ReportData, SideBySide, block_gaps, plots, probe_rows,
 };
-use crate::search::{Contender, DataSplits, Identification, ModelScore, StageCallback};
+use crate::search::{DataSplits, Identification, ModelScore, StageCallback};
 use crate::verdict::{Answer, Finding, SCHEMA, TwoSample, Unexplained, Verdict};
 use crate::{GapError, Objective, View};
 
@@ -149,8 +148,6 @@ pub fn outcome(
         before,
         after: Some(left),
         plots: plots(&measured, &run_views, &corrected_views),
-        candidates: ranked(result),
-        discrepancy_without: Some(result.refitted.discrepancy),
         confusability: confusability(&directions, result),
         ablation,
         side_by_side: SideBySide::render(&sets, held_out.window, FRAME, FRAMES),
@@ -254,19 +251,6 @@ fn stage_shares(
         }
     }
     shares
-}
-
-/// Contenders for the first effect, by their discrepancy on held-out data.
-fn ranked(result: &Identification) -> Vec<Ranked> {
-    let Some(added) = result.added_effects.first() else { return Vec::new() };
-    let row = |contender: &Contender| Ranked {
-        name: contender.candidate.name.to_owned(),
-        discrepancy: contender.held_out.discrepancy,
-        error: None,
-        is_fitted: true,
-        parameters: Default::default(),
-    };
-    added.contenders.iter().map(row).collect()
 }
 
 /// Cosines between the directions of all contenders, or of all detectable effects if there are

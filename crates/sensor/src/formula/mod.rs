@@ -124,7 +124,7 @@ const PLACE: Parameter = Parameter::Word(WordSpec {
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "formula",
     domain: Domain::Readout,
-    summary: "a formula of light, ages of events, time and place acts at a stage of your choice",
+    summary: "a formula of light, ages of events, time and place acts at one stage of the camera",
     formula: "stage = expression",
     params: &[A, B, AFTER, STAGE, PLACE, EXPRESSION],
     source: Citation {

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use evpose_gap::StatisticBlock;
 use evpose_gap::locate::{Arrow, Located, Profile, Region};
 use evpose_gap::report::{
-    Ablation, AxisScale, BlockGap, Confusability, Fact, ModelChange, Plot, ProbeRow, Ranked,
-    ReportData, SideBySide, SideBySideFrame,
+    Ablation, AxisScale, BlockGap, Confusability, Fact, ModelChange, Plot, ProbeRow, ReportData,
+    SideBySide, SideBySideFrame,
 };
 use evpose_gap::verdict::{
     Answer, Explained, Finding, FindingKind, GapValue, Limit, Location, Quantity, SCHEMA,
@@ -84,18 +84,6 @@ pub(crate) fn data() -> ReportData {
         after: 0.4,
         relative: Some(8.1),
     }];
-    data.candidates = ["leak_on", "hot_pixels"]
-        .into_iter()
-        .zip([120.0, 800.0])
-        .map(|(name, discrepancy)| Ranked {
-            name: name.to_owned(),
-            discrepancy,
-            error: None,
-            is_fitted: discrepancy < 500.0,
-            parameters: BTreeMap::new(),
-        })
-        .collect();
-    data.discrepancy_without = Some(2_100.0);
     data.confusability = Confusability {
         names: vec!["leak_on".to_owned(), "parasitic_photo_leak".to_owned()],
         cosines: vec![vec![1.0, 0.97], vec![0.97, 1.0]],

@@ -1,6 +1,6 @@
 //! Fractions of a gap that effects and parameters explain, as values and sentences.
 
-use evpose_gap::verdict::{Answer, Finding, Unexplained, Verdict};
+use evpose_gap::verdict::{Answer, Finding, Verdict};
 
 use super::words::probability;
 use evpose_report::format::percent;
@@ -48,17 +48,19 @@ pub(crate) fn line(verdict: &Verdict) -> String {
 }
 
 /// The part that is left, as a sentence.
-pub(crate) fn left_in_words(left: &Unexplained) -> String {
+pub(crate) fn left_in_words(verdict: &Verdict) -> String {
+    let left = &verdict.unexplained;
     let fraction = match left.fraction.is_finite() {
         true => format!("{} of the discrepancy", percent(left.fraction)),
         false => "Something".to_owned(),
     };
     match left.is_significant {
         true => format!("{fraction} is left, more than chance ({}).", probability(left.p)),
+        false if left.fraction.is_finite() && verdict.gap_after.value < 1.0 => {
+            format!("{fraction} is left, a gap below that of two runs of one model.")
+        }
         false if left.fraction.is_finite() => {
-            format!(
-                "{fraction} is left, which is not significant: two runs of one model differ by as much."
-            )
+            format!("{fraction} is left, no more than chance ({}).", probability(left.p))
         }
         false => "Nothing significant is left.".to_owned(),
     }
@@ -100,9 +102,9 @@ mod tests {
     fn without_a_fraction_nothing_is_claimed_of_it() {
         let mut verdict = with_parts(&[0.5], f64::NAN);
         assert!(!has_fractions(&verdict));
-        assert_eq!(left_in_words(&verdict.unexplained), "Nothing significant is left.");
+        assert_eq!(left_in_words(&verdict), "Nothing significant is left.");
         verdict.unexplained.fraction = 0.5;
         verdict.unexplained.is_significant = true;
-        assert!(left_in_words(&verdict.unexplained).starts_with("50% of the discrepancy is left"));
+        assert!(left_in_words(&verdict).starts_with("50% of the discrepancy is left"));
     }
 }

@@ -149,12 +149,12 @@ fn banner(page: &mut HtmlPage, data: &ReportData) {
     }
     if explained::has_fractions(verdict) {
         let text = match verdict.unexplained.is_significant {
-            true => "of the discrepancy unexplained, significant",
-            false => "of the discrepancy unexplained, not significant",
+            true => "unexplained, significant",
+            false => "unexplained, not significant",
         };
         cards.push((percent(verdict.unexplained.fraction), text));
     }
-    cards.push((words::probability(verdict.p), "largest deviation by chance"));
+    cards.push((words::probability(verdict.p), "that runs of the model as given deviate as far"));
     if let Some(after) = verdict.c2st_after.or(verdict.c2st_before) {
         let before = verdict.c2st_before.filter(|_| verdict.c2st_after.is_some());
         let from = before.map_or_else(String::new, |before| format!("{:.2} to ", before.auc));

@@ -56,8 +56,10 @@ pub(crate) fn place(page: &mut HtmlPage, data: &ReportData) -> Result<()> {
     let mut stages: Vec<(String, f64)> = data.verdict.stage_shares.clone().into_iter().collect();
     stages.sort_by(|a, b| b.1.total_cmp(&a.1));
     if !stages.is_empty() {
-        columns +=
-            &format!("<div><h3>Part of the camera, by what is named</h3>{}</div>", shares(stages)?);
+        columns += &format!(
+            "<div><h3>Part of the camera: of what is named, and nearest to what is left</h3>{}</div>",
+            shares(stages)?
+        );
     }
     let first = maps::figure(&before.maps, "Model as given")?;
     let after = match &data.after {

@@ -20,7 +20,7 @@ pub(super) fn responses(page: &mut HtmlPage, all: &[Response]) -> Result<(), Dra
     page.markup(
         "<h3>The response that would explain it</h3><p>Dots: measured minus expected events along one \
          property. Red: the law that describes them best. Properties go together in a scene, so that \
-         several may describe the same difference; the first describes most.</p>",
+         several may describe the same difference; the first removes most of it.</p>",
     );
     let mut plots = Vec::new();
     for response in all {

@@ -1,67 +1,29 @@
 //! Alternatives, limits of detection, and evidence of the answer.
 
-use evpose_gap::report::{Ranked, ReportData};
+use evpose_gap::report::ReportData;
 
 use super::diff::{Line, diff};
-use super::{CORRECTED, MODEL, matrix};
+use super::matrix;
 use crate::pages::gap::words;
-use evpose_report::bars::{self, Along, Bar};
 use evpose_report::drawing::DrawingError;
 use evpose_report::format::short;
 use evpose_report::html::{HtmlPage, escape};
 
 /// Statistics that are listed.
 const ROWS: usize = 400;
-/// Candidates that are drawn.
-const RANKED: usize = 16;
 
-/// Everything else that was tried, and what looks alike.
+/// Effects that look alike.
 pub(crate) fn alternatives(page: &mut HtmlPage, data: &ReportData) -> Result<(), DrawingError> {
     let named: Vec<String> = data.verdict.effects.iter().map(|f| f.name.clone()).collect();
-    if !data.candidates.is_empty() {
-        page.section(
-            "Everything that was tried",
-            "Discrepancy of the model with each effect of the catalogue in turn, its strength and the parameters \
-             of the model fitted to it: the smaller, the better it explains the recording. Pale: tried \
-             at a few strengths only, because others did better.",
-        );
-        let largest = data.candidates.iter().map(|c| c.discrepancy).fold(0.0, f64::max);
-        // The mark of no effect is on the axis, also where every effect does better.
-        let largest = data.discrepancy_without.unwrap_or(0.0).max(largest);
-        let bar = |candidate: &Ranked| Bar {
-            label: candidate.name.clone(),
-            value: candidate.discrepancy,
-            interval: candidate
-                .error
-                .map(|e| (candidate.discrepancy - e, candidate.discrepancy + e)),
-            colour: match (named.contains(&candidate.name), candidate.is_fitted) {
-                (true, _) => CORRECTED,
-                (false, true) => MODEL,
-                (false, false) => (214, 218, 226),
-            },
-            note: short(candidate.discrepancy),
-        };
-        let bars: Vec<Bar> = data.candidates.iter().take(RANKED).map(bar).collect();
-        let along = Along {
-            name: "discrepancy",
-            range: (0.0, 1.08 * largest),
-            is_log: false,
-            mark: data.discrepancy_without.map(|discrepancy| (discrepancy, "with no effect")),
-            ..Along::gap(largest)
-        };
-        page.markup(&bars::svg(&bars, &along)?);
-        if data.candidates.len() > RANKED {
-            let rest = data.candidates[RANKED..].iter();
-            let rest: Vec<String> =
-                rest.map(|c| format!("{}: discrepancy {}", c.name, short(c.discrepancy))).collect();
-            page.details(&format!("{} more", rest.len()), &rest.join("\n"));
-        }
-    }
     if !data.confusability.names.is_empty() {
         let alike = matrix::alike(&data.confusability);
         let alike = match alike.is_empty() {
             true => "No two effects look the same in this recording.".to_owned(),
-            false => format!("Not distinguishable here: {}.", alike.join("; ")),
+            false => format!(
+                "Alike here while they are weak: {}. Whether one that is named is distinguished \
+                 from another is said beside its values.",
+                alike.join("; ")
+            ),
         };
         page.section(
             "What looks alike in this recording",
@@ -105,7 +67,7 @@ pub(crate) fn limits(page: &mut HtmlPage, data: &ReportData) {
         .collect();
     page.markup("<div class=\"row\"><div>");
     if !rows.is_empty() {
-        page.table(&["effect", "number", "shows from"], &rows);
+        page.table(&["effect", "parameter", "shows from"], &rows);
     }
     page.markup("</div><div>");
     if !untestable.is_empty() {
@@ -145,7 +107,7 @@ pub(crate) fn statistics(page: &mut HtmlPage, data: &ReportData) {
         return;
     }
     page.section(
-        "Every number that was compared",
+        "Every statistic that was compared",
         "In standard deviations from what runs of the model give, and, for counts, relative to it. \
          Click on a heading to sort.",
     );
@@ -166,7 +128,7 @@ pub(crate) fn statistics(page: &mut HtmlPage, data: &ReportData) {
         })
         .collect();
     page.markup(&format!(
-        "<div class=\"scroll\"><table class=\"sort\"><tr><th>block</th><th>number</th><th>sd before</th>\
+        "<div class=\"scroll\"><table class=\"sort\"><tr><th>family</th><th>statistic</th><th>sd before</th>\
          <th>sd after</th><th>measured over model</th></tr>{rows}</table></div>"
     ));
     if data.probes.len() > ROWS {

@@ -119,7 +119,7 @@ fn gap_and_location(verdict: &Verdict) -> Vec<String> {
     lines
 }
 
-/// The ablation, the next best candidates, the classifier, and what is left.
+/// The ablation, the classifier, and what is left.
 fn alternatives(data: &ReportData) -> Vec<String> {
     let verdict = &data.verdict;
     let mut lines = Vec::new();
@@ -128,10 +128,6 @@ fn alternatives(data: &ReportData) -> Vec<String> {
         ablation.map(|row| format!("{}: {}", words::change(row), short(row.gap.value))).collect();
     if !trials.is_empty() {
         lines.extend(wrapped("TRIED", &format!("gap with {}", trials.join("; ")), 2, INDENT));
-    }
-    let others = others(data);
-    if !others.is_empty() {
-        lines.extend(wrapped("OTHERS", &others, 2, INDENT));
     }
     let auc = |auc: f64| format!("{auc:.2}");
     if let Some(before) = verdict.c2st_before {
@@ -227,27 +223,6 @@ fn shares(shares: &std::collections::BTreeMap<String, f64>) -> String {
     shares.sort_by(|a, b| b.1.total_cmp(&a.1));
     let shares = shares.into_iter().filter(|(_, share)| *share >= 0.01).take(4);
     shares.map(|(name, share)| format!("{name} {}", percent(share))).collect::<Vec<_>>().join(", ")
-}
-
-/// The next best candidates.
-fn others(data: &ReportData) -> String {
-    let is_named = |name: &str| data.verdict.effects.iter().any(|finding| finding.name == name);
-    let (Some(best), Some(without)) = (data.candidates.first(), data.discrepancy_without) else {
-        return String::new();
-    };
-    let next = data.candidates.iter().filter(|candidate| !is_named(&candidate.name)).take(3);
-    let next: Vec<String> = next
-        .map(|candidate| format!("{} {}", candidate.name, short(candidate.discrepancy)))
-        .collect();
-    if next.is_empty() {
-        return String::new();
-    }
-    format!(
-        "discrepancy {} at best, {} without any; next {}",
-        short(best.discrepancy),
-        short(without),
-        next.join(", ")
-    )
 }
 
 #[cfg(test)]

@@ -19,7 +19,7 @@ pub(crate) fn unexplained(page: &mut HtmlPage, data: &ReportData) -> Result<(), 
     if data.verdict.verdict == Answer::NoGap || left.sentence.is_empty() {
         return Ok(());
     }
-    page.section("Unexplained", &explained::left_in_words(left));
+    page.section("Unexplained", &explained::left_in_words(&data.verdict));
     if left.is_significant && !left.nearest_stage.is_empty() {
         page.markup(&format!(
             "<p>Of the parts of a camera, effects of the <b>{}</b> come closest to it.</p>",
@@ -27,7 +27,8 @@ pub(crate) fn unexplained(page: &mut HtmlPage, data: &ReportData) -> Result<(), 
         ));
     }
     page.markup(&format!("<p class=\"say\">{}</p>", escape(&left.sentence)));
-    let responses = data.after.as_ref().map_or(&[][..], |after| &after.responses);
+    let after = data.after.as_ref().filter(|_| left.is_significant);
+    let responses = after.map_or(&[][..], |after| &after.responses);
     responses::responses(page, responses)?;
     let mut shares: Vec<(&String, f64)> =
         left.shares.iter().map(|(axis, share)| (axis, *share)).collect();

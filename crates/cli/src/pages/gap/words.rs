@@ -32,7 +32,7 @@ pub fn headline(verdict: &Verdict) -> String {
             let left = percent(verdict.unexplained.fraction);
             match names(verdict, |_| true) {
                 none if none.is_empty() => format!("A gap of which {left} is unexplained"),
-                names => format!("Explained in part, by {names}; {left} of the gap is unexplained"),
+                names => format!("Explained in part, by {names}; {left} is unexplained"),
             }
         }
         Answer::NoneOfCatalogue if !of(FindingKind::Formula).is_empty() => {
@@ -104,7 +104,7 @@ pub fn meaning(verdict: &Verdict) -> String {
     let (before, after) = (short(verdict.gap_before.value), short(verdict.gap_after.value));
     let closes = format!(
         "The gap falls from {before} to {after}; {APART}. {}",
-        explained::left_in_words(&verdict.unexplained)
+        explained::left_in_words(verdict)
     );
     let differ = format!("Measured and simulated events differ: the gap is {before}; {APART}.");
     let what = verdict.effects.iter().filter(|f| f.kind == FindingKind::Effect);
@@ -244,7 +244,9 @@ const SEPARATED: f64 = 0.6;
 pub fn separated(verdict: &Verdict) -> Option<String> {
     let after = verdict.c2st_after.filter(|after| after.p < 0.05 && after.auc > SEPARATED)?;
     let auc = format!("{:.2}", after.auc);
-    Some(format!("a classifier still separates events (AUC {auc}): closed is what is measured"))
+    Some(format!(
+        "a classifier still separates events (AUC {auc}): something is left that no statistic measures"
+    ))
 }
 
 /// A probability; small ones as a bound, because they rest on few runs.
