@@ -106,7 +106,7 @@ mod tests {
         .unwrap();
         assert!(next_step(&verdict).contains("record"), "{}", next_step(&verdict));
         let formula = json!({
-            "name": "formula", "kind": FindingKind::Formula, "parameters": {}, "confusable_with": [],
+            "name": "law", "kind": FindingKind::Formula, "parameters": {}, "confusable_with": [],
         });
         verdict.effects.push(serde_json::from_value(formula).unwrap());
         assert!(next_step(&verdict).starts_with("use corrected.toml"), "{}", next_step(&verdict));
