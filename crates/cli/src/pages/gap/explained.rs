@@ -99,6 +99,14 @@ mod tests {
     }
 
     #[test]
+    fn what_is_left_is_held_against_two_runs_of_one_model_or_against_chance() {
+        let mut verdict = with_parts(&[0.9], 0.04);
+        assert!(left_in_words(&verdict).ends_with("no more than chance (p = 0.21)."));
+        verdict.gap_after.value = 0.8;
+        assert!(left_in_words(&verdict).ends_with("below that of two runs of one model."));
+    }
+
+    #[test]
     fn without_a_fraction_nothing_is_claimed_of_it() {
         let mut verdict = with_parts(&[0.5], f64::NAN);
         assert!(!has_fractions(&verdict));

@@ -125,7 +125,7 @@ fn joint_in_words(joint: f64, findings: usize) -> Option<&'static str> {
     match findings {
         0 => None,
         _ if joint < 0.0 => Some(
-            "Counted twice: what only two of these together explain comes back when either is dropped.",
+            "Counted twice: what only several of these together explain comes back when any is dropped.",
         ),
         _ if joint == 0.0 => None,
         1 => Some(
@@ -133,7 +133,7 @@ fn joint_in_words(joint: f64, findings: usize) -> Option<&'static str> {
              explained by these when it is dropped.",
         ),
         _ => Some(
-            "Jointly: what either of two of these can explain, or values of the model fitted beside them, \
+            "Jointly: what any of several of these can explain, or values of the model fitted beside them, \
              does not come back when one is dropped.",
         ),
     }
