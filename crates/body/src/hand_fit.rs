@@ -53,6 +53,8 @@ const NEAR_M: f32 = 0.03;
 /// joint that is seen. Measured, on recordings of the simulator: fitted hands were a sixth too far away, though as large
 /// as they should be in the image. Why is not known; larger depths did not change it.
 const NEARER_PER_CELL: f32 = 0.07;
+/// Spread of the heatmap of a joint that is seen, in cells.
+const SEEN_SPREAD_CELLS: f32 = 1.0;
 /// Steps: from the start by the palm, more change nothing that is observed.
 const STEPS: usize = 5;
 
@@ -63,7 +65,7 @@ pub struct JointObservation {
     pub rays: [Vec2; JOINTS],
     /// How far each joint lies behind the wrist, in lengths of the palm.
     pub depths: [f32; JOINTS],
-    /// Standard deviation of each position under its heatmap, in cells.
+    /// How far from each position its heatmap is, in cells, as a standard deviation of one axis.
     pub spread_cells: [f32; JOINTS],
     /// The likelihood of each joint near its position, 0 to 1.
     pub scores: [f32; JOINTS],
@@ -72,15 +74,12 @@ pub struct JointObservation {
 }
 
 impl JointObservation {
-    /// Spread of the heatmap of a joint that is seen, in cells.
-    pub const SEEN_SPREAD_CELLS: f32 = 1.0;
-
     /// The distance of a hand over that of the one that is fitted to these joints.
     fn nearer(&self) -> f32 {
         let mut spread_cells = self.spread_cells;
         // Of single joints that may be anywhere, the others say nothing.
         let (_, median, _) = spread_cells.select_nth_unstable_by(JOINTS / 2, f32::total_cmp);
-        1.0 / (1.0 + NEARER_PER_CELL * (*median - Self::SEEN_SPREAD_CELLS).max(0.0))
+        1.0 / (1.0 + NEARER_PER_CELL * (*median - SEEN_SPREAD_CELLS).max(0.0))
     }
 }
 

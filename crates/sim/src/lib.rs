@@ -33,6 +33,8 @@ mod episode;
 mod error;
 mod event_format;
 mod light;
+mod moving_hand;
+mod other_hand;
 pub mod person;
 pub mod randomisation;
 pub mod raster;

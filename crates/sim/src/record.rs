@@ -91,6 +91,7 @@ fn record_as(
     let mut info = SequenceInfo {
         sensor: simulator.camera().sensor(),
         hand: simulator.side(),
+        another_hand: simulator.config().another_hand,
         episodes: Vec::new(),
     };
     for _ in 0..frames {

@@ -22,6 +22,9 @@ pub struct SequenceInfo {
     /// Side of the hand.
     #[serde(default, skip_serializing_if = "HandSide::is_right")]
     pub hand: HandSide,
+    /// Whether another hand is in view, farther away.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub another_hand: bool,
     /// Stretches of constant shape, texture, lights, background and threshold, in order.
     #[serde(default, rename = "episode")]
     pub episodes: Vec<EpisodeInfo>,
@@ -48,7 +51,7 @@ impl SequenceInfo {
             threshold_offset: 0.0,
         };
         let episodes = (0..frames.div_ceil(PUBLISHED_EPISODE_FRAMES)).map(episode).collect();
-        Self { sensor, hand: HandSide::Right, episodes }
+        Self { sensor, hand: HandSide::Right, another_hand: false, episodes }
     }
 
     /// Reads `STEM.toml`, if there is one.

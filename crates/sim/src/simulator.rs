@@ -3,9 +3,8 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use evpose_body::fingers::{FingerMotion, Fingers};
-use evpose_body::motion::{BezierMotion, ViewTest};
-use evpose_body::{BodyPose, PosedBody, ShapedBody};
+use evpose_body::motion::ViewTest;
+use evpose_body::{PosedBody, ShapedBody};
 use evpose_core::{EventStream, LookAt, Micros, Plane, seed_for};
 use evpose_pose::rotation::{axis_angle_from_matrix, matrix_from_axis_angle};
 use evpose_pose::{HandParams, HandSide, Mirror};
@@ -15,6 +14,8 @@ use glam::{Affine3A, Mat3, Vec3A};
 use crate::actor::{Actor, HandPoints3, mirror_before};
 use crate::config::SimulationConfig;
 use crate::episode::starts_episode;
+use crate::moving_hand::MovingHand;
+use crate::other_hand::OtherHand;
 use crate::raster::{Camera, Mesh};
 use crate::scene::{Backdrop, Renderer, Scene};
 use crate::simulation::{Shared, Simulation};
@@ -37,11 +38,10 @@ pub struct Simulator {
     /// Mirror before the camera, which a displaced one has at another place than the configured.
     mirror: Mirror,
     camera: Camera,
-    motion: BezierMotion,
-    /// Motion of the fingers, where they move by themselves.
-    fingers: Option<FingerMotion>,
     view: ViewTest,
-    posed: PosedBody,
+    hand: MovingHand,
+    /// One that is in view, too, and has no label.
+    other: Option<OtherHand>,
     sensor: SensorRun,
     surroundings: Surroundings,
     next: u64,
@@ -90,12 +90,6 @@ impl Simulator {
         let seed = seed_for(shared.seed, "sequence", index);
         let config = shared.config_of(index)?;
         let (side, camera) = (config.hands.side(index), config.placed_camera());
-        let mut motion =
-            BezierMotion::new(config.motion, seed_for(seed, "motion", 0), config.step_hz);
-        let fingers = (config.motion.fingers == Fingers::Gestures).then(|| {
-            let seed = seed_for(seed, "fingers", 0);
-            FingerMotion::new(seed, config.step_hz, config.motion.period_s)
-        });
         let view = ViewTest::new(
             &config.placement(),
             &camera.pinhole(),
@@ -103,14 +97,10 @@ impl Simulator {
             config.motion.parity,
         );
         let surroundings = Surroundings::new(&shared, &config, side, seed, 0)?;
-        let mut posed = PosedBody::default();
-        // The first pose has to be in view; only its joints are needed to know that.
-        motion.settle(&view, |target| {
-            let (body, shaped) = shared.actor.driven_body(&surroundings.shaped);
-            let pose = BodyPose::from_generator(body, &target.parameters, target.translation_m);
-            body.pose_joints(shaped, &pose, &mut posed);
-            posed.joints[body.wrist].translation.into()
-        });
+        let (actor, shaped) = (&shared.actor, &surroundings.shaped);
+        let hand = MovingHand::new(actor, shaped, &config, &view, (seed, 0));
+        let other =
+            config.another_hand.then(|| OtherHand::new(actor, shaped, &config, side, &view, seed));
         let sensor = config
             .sensor
             .model(surroundings.episode.threshold_offset)?
@@ -123,10 +113,9 @@ impl Simulator {
             seed,
             side,
             camera,
-            motion,
-            fingers,
             view,
-            posed,
+            hand,
+            other,
             sensor,
             surroundings,
             next: 0,
@@ -173,26 +162,21 @@ impl Simulator {
         let (side, watch) = (self.side, &mut self.stopwatch);
         watch.begin();
         let Surroundings { episode, shaped, renderer } = &mut self.surroundings;
-        let target = *self.motion.step();
-        let (driven, _) = actor.driven_body(shaped);
-        let pose = BodyPose::from_generator(driven, &target.parameters, target.translation_m);
-        let gesture = self.fingers.as_mut().map(|motion| actor.gesture(shaped, motion.step()));
-        let articulation = gesture.map_or(target.articulation(), |(_, closest)| closest);
-        let fingers = gesture.as_ref().map(|(rotations, _)| rotations);
-        watch.lap(SimulationPart::Motion);
-        let right = actor.apply_pose(shaped, pose, articulation, fingers, mirror, &mut self.posed);
-        watch.lap(SimulationPart::Skinning);
-        // A wrist that left the image changes the next target; this frame is as it is.
-        self.motion.call_back(&self.view, right.translation_m);
+        let before = (&self.view, mirror);
+        let right = self.hand.step(actor, shaped, before, watch);
+        let posed = &self.hand.posed;
+        if let Some(other) = &mut self.other {
+            other.step(actor, shaped, before, (posed, &right));
+        }
         let mut label = if side.is_right() { right } else { mirror.hand(&right) };
-        let mut points_m = actor.points(&self.posed, side, mirror);
+        let mut points_m = actor.points(posed, side, mirror);
         if let Some(label_from_world) = &self.label_from_world {
             label = moved(&label, label_from_world);
             points_m = points_m.map(|point_m| label_from_world.transform_point3(point_m));
         }
         let t = Micros(frame as i64 * config.step().0);
         watch.lap(SimulationPart::Motion);
-        let mesh = mesh(actor, &self.posed, side);
+        let mesh = self.other.as_ref().map_or_else(|| mesh(actor, posed, side), OtherHand::mesh);
         renderer.rasterize(&mesh);
         watch.lap(SimulationPart::Raster);
         watch.sample_coverage(frame, self.camera.sensor().pixels(), || renderer.covered());
@@ -210,7 +194,8 @@ impl Simulator {
     /// The last frame in colour, linear and relative to reference white; before the first, the
     /// backdrop alone.
     pub fn frame_rgb(&mut self) -> Plane<Vec3A> {
-        let mesh = mesh(&self.shared.actor, &self.posed, self.side);
+        let alone = || mesh(&self.shared.actor, &self.hand.posed, self.side);
+        let mesh = self.other.as_ref().map_or_else(alone, OtherHand::mesh);
         self.surroundings.renderer.render_rgb(&mesh)
     }
 

@@ -206,6 +206,43 @@ fn other_seeds_give_other_people_backgrounds_and_motions() {
     assert!(a.0 != b.0 && a.1 != b.1 && a.2 != b.2);
 }
 
+/// The labelled hand moves as it does alone, and is in front.
+#[test]
+fn another_hand_is_seen_behind_the_one_that_has_labels() {
+    for hands in [Hands::Right, Hands::Left] {
+        let run = |another_hand: bool| {
+            let config = SimulationConfig { hands, another_hand, ..small() };
+            let mut simulator = Simulator::new(&config, 5).unwrap();
+            let camera = simulator.camera().clone();
+            let steps: Vec<_> = (0..40)
+                .map(|_| {
+                    let step = simulator.advance().unwrap();
+                    (step.label, step.points_m, step.luminance.clone())
+                })
+                .collect();
+            (camera, steps)
+        };
+        let ((camera, alone), (_, both)) = (run(false), run(true));
+        let mut differing = 0;
+        for ((label, points_m, light), (its_label, its_points_m, its_light)) in
+            alone.iter().zip(&both)
+        {
+            assert_eq!((label, points_m), (its_label, its_points_m), "{hands:?}");
+            let pairs = light.data().iter().zip(its_light.data());
+            differing += pairs.filter(|(a, b)| a != b).count();
+            // The knuckles of the middle and the ring finger.
+            for joint in [9, 15] {
+                let Some(at_px) = camera.image_from_world(points_m[joint]) else { continue };
+                let [x, y] = at_px.as_uvec2().to_array().map(|px| px as usize);
+                if x < light.width() && y < light.height() {
+                    assert_eq!(light.at(x, y), its_light.at(x, y), "{hands:?} at {at_px}");
+                }
+            }
+        }
+        assert!(differing > 40 * 20, "{hands:?}: {differing}");
+    }
+}
+
 #[test]
 fn the_rgb_frame_has_the_luminance_the_sensor_was_exposed_to() {
     let mut simulator = Simulator::new(&small(), 9).unwrap();

@@ -117,10 +117,10 @@ fn a_hand_that_is_hardly_seen_is_nearer_than_one_that_looks_as_large() {
     let fit = fit();
     for sample in 0..20 {
         let mut observed = observed(&fit, &pose(&fit, sample));
-        observed.spread_cells = [JointObservation::SEEN_SPREAD_CELLS; JOINTS];
+        observed.spread_cells = [SEEN_SPREAD_CELLS; JOINTS];
         observed.spread_cells[..10].fill(12.0);
         assert_eq!(observed.nearer(), 1.0);
-        observed.spread_cells = [JointObservation::SEEN_SPREAD_CELLS; JOINTS];
+        observed.spread_cells = [SEEN_SPREAD_CELLS; JOINTS];
         let seen_m = fit.fit(&observed, FOCAL_CELLS).position_m.length();
         observed.spread_cells = [4.0; JOINTS];
         let hardly_seen_m = fit.fit(&observed, FOCAL_CELLS).position_m.length();

@@ -1,5 +1,5 @@
-//! The loss of the network of joints: distances of expected positions and depths, how unlike a Gaussian
-//! the heatmaps are, and whether there is a hand.
+//! The loss of the network of joints: how unlike a Gaussian the heatmaps are, how wrong the depths, and whether there
+//! is a hand.
 
 use burn::tensor::activation::log_softmax;
 use burn::tensor::{Device, Tensor, TensorData};
@@ -14,8 +14,6 @@ const SMALLEST: f32 = 1e-24;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct JointLossConfig {
-    /// Of the positions, a cell.
-    pub position: f32,
     /// Of the depths, a length of the palm.
     pub depth: f32,
     /// Of the divergence, a nat.
@@ -27,9 +25,9 @@ pub struct JointLossConfig {
 }
 
 impl Default for JointLossConfig {
-    /// A palm is some 8 cells long: an error in depth counts nearly as one of position.
+    /// A nat is as far as a heatmap is from one that is 2.7 times as wide in area, or half a palm in depth.
     fn default() -> Self {
-        Self { position: 1.0, depth: 5.0, divergence: 0.3, presence: 0.5, sigma_cells: 1.0 }
+        Self { depth: 2.0, divergence: 1.0, presence: 0.3, sigma_cells: 1.0 }
     }
 }
 
@@ -41,7 +39,7 @@ impl JointLossConfig {
 
     /// Whether it makes sense: weights of at least 0 and a deviation above 0, all finite.
     pub fn is_valid(&self) -> bool {
-        let weights = [self.position, self.depth, self.divergence, self.presence];
+        let weights = [self.depth, self.divergence, self.presence];
         weights.iter().all(|weight| weight.is_finite() && *weight >= 0.0)
             && self.sigma_cells.is_finite()
             && self.sigma_cells > 0.0
@@ -68,8 +66,6 @@ pub struct JointTargets {
 pub struct JointLossParts {
     /// The weighted sum, which training minimises.
     pub total: Tensor<1>,
-    /// Mean absolute error of the coordinates of a joint, in cells.
-    pub position: Tensor<1>,
     /// Mean absolute error of the depth, in lengths of the palm.
     pub depth: Tensor<1>,
     /// Mean divergence of the heatmaps from their targets, in nats.
@@ -81,14 +77,15 @@ pub struct JointLossParts {
 /// The loss of the network of joints.
 ///
 /// # Model
-/// With `p` the softmax of a joint's heatmap over the cells, its position is the mean of the cells' positions
-/// under `p` and its depth that of the depth map. Both count by their absolute errors, of joints inside of the
-/// image. The Kullback-Leibler divergence of `p` from a Gaussian about the joint keeps the heatmap peaked,
-/// and that from a flat heatmap, of joints outside, says that they are not seen. The presence counts by its
+/// With `p` the softmax of a joint's heatmap over the cells, what counts is the Kullback-Leibler divergence of `p` from
+/// a Gaussian about the joint, or, of joints outside of the image, from a flat heatmap, which says that they are not
+/// seen. So `p` is the likelihood of each place: where a finger may be straight or bent, it has two peaks. An error of the
+/// mean position under `p`, in the loss as well, spread it between them, and made straight fingers half bent.
+/// The depth is the mean of the depth map under the Gaussian, and counts by its absolute error. The presence counts by its
 /// cross-entropy.
 ///
 /// # Source
-/// Iqbal et al.: *Hand Pose Estimation via Latent 2.5D Heatmap Regression*, ECCV 2018. The divergence after
+/// Depth maps: Iqbal et al.: *Hand Pose Estimation via Latent 2.5D Heatmap Regression*, ECCV 2018. The divergence after
 /// Nibali et al.: *Numerical Coordinate Regression with Convolutional Neural Networks*, 2018.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct JointLoss {
@@ -111,48 +108,23 @@ impl JointLoss {
         let [_, _, rows, columns] = maps.heatmaps.dims();
         let cells = |maps: Tensor<4>| maps.flatten::<3>(2, 3);
         let log = log_softmax(cells(maps.heatmaps), 2);
-        let likelihood = log.clone().exp();
         // At least one, so that a batch without a joint has a loss of zero, not NaN.
         let inside = targets.inside.clone().sum().clamp_min(1.0);
         let of_inside =
             |errors: Tensor<2>| (errors * targets.inside.clone()).sum() / inside.clone();
 
-        let position = expected_position(&likelihood, rows, columns);
-        let errors: Tensor<2> =
-            (position - targets.positions.clone()).abs().mean_dim(2).squeeze_dim(2);
-        let position = of_inside(errors);
-        let depth: Tensor<2> = (likelihood * cells(maps.depths)).sum_dim(2).squeeze_dim(2);
-        let depth = of_inside((depth - targets.depths.clone()).abs());
-
         let target = target_heatmaps(targets, rows, columns, self.config.sigma_cells);
         let difference = (target.clone() + SMALLEST).log() - log;
-        let divergence: Tensor<2> = (target * difference).sum_dim(2).squeeze_dim(2);
+        let divergence: Tensor<2> = (target.clone() * difference).sum_dim(2).squeeze_dim(2);
         let divergence = divergence.mean();
+        let depth: Tensor<2> = (target * cells(maps.depths)).sum_dim(2).squeeze_dim(2);
+        let depth = of_inside((depth - targets.depths.clone()).abs());
 
         let presence = presence_loss(maps.presence, targets);
-        let JointLossConfig { position: p, depth: d, divergence: k, presence: c, .. } = self.config;
-        let total = position.clone() * p
-            + depth.clone() * d
-            + divergence.clone() * k
-            + presence.clone() * c;
-        JointLossParts { total, position, depth, divergence, presence }
+        let JointLossConfig { depth: d, divergence: k, presence: c, .. } = self.config;
+        let total = depth.clone() * d + divergence.clone() * k + presence.clone() * c;
+        JointLossParts { total, depth, divergence, presence }
     }
-}
-
-/// Column and row that are expected under a likelihood of cells, row by row.
-///
-/// # Shapes
-/// - likelihood: `[batch, joints, rows * columns]`, output: `[batch, joints, 2]`
-fn expected_position(likelihood: &Tensor<3>, rows: usize, columns: usize) -> Tensor<3> {
-    let device = likelihood.device();
-    let along = |of: &dyn Fn(usize) -> usize| {
-        let values: Vec<f32> = (0..rows * columns).map(|cell| of(cell) as f32).collect();
-        let count = values.len();
-        Tensor::<3>::from_data(TensorData::new(values, [1, 1, count]), &device)
-    };
-    let [x, y] = [along(&|cell| cell % columns), along(&|cell| cell / columns)];
-    let mean = |positions: Tensor<3>| (likelihood.clone() * positions).sum_dim(2);
-    Tensor::cat(vec![mean(x), mean(y)], 2)
 }
 
 /// Gaussians of sum 1 about joints inside of the image, flat heatmaps of the others.

@@ -48,6 +48,9 @@ pub struct SimulationConfig {
     pub camera_pose: CameraPoseConfig,
     /// Sides of the hands.
     pub hands: Hands,
+    /// Whether another hand is in view, farther away: of the other side, and without a label.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub another_hand: bool,
     /// Model of hand and arm.
     pub body: HandModelConfig,
     /// Motion of arm and hand.
@@ -91,6 +94,7 @@ impl Default for SimulationConfig {
             camera: CameraConfig::default(),
             camera_pose: CameraPoseConfig::default(),
             hands: Hands::default(),
+            another_hand: false,
             body: HandModelConfig::default(),
             motion: MotionConfig::default(),
             shape_range: 2.0,

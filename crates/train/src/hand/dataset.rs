@@ -284,6 +284,10 @@ impl HandDataset {
         let view = two_pass.draw_view(&points_m, seed, number);
         two_pass.fill(&view.crop, &input, &mut seen);
         let mut label = labeller.label(&points_m, &view.crop).as_seen(&seen);
+        if sequence.info.another_hand {
+            // What lies beside the labelled hand may be the other one.
+            label.presence = label.presence.filter(|is_present| *is_present);
+        }
         if view.is_scrambled {
             scramble(&mut seen, two_pass.size(), seed, number);
             label = label.without_hand();

@@ -111,7 +111,12 @@ impl HandSequence {
         let frames = events.frames().unwrap_or(u64::MAX).min(labelled);
         let mut info = info.unwrap_or_else(|| match is_evc {
             true => SequenceInfo::foreign(sensor, frames),
-            false => SequenceInfo { sensor, hand: HandSide::Right, episodes: Vec::new() },
+            false => SequenceInfo {
+                sensor,
+                hand: HandSide::Right,
+                another_hand: false,
+                episodes: Vec::new(),
+            },
         });
         let own = calibration(sensor)?;
         let adaptor = own.as_ref().map(|calibration| ViewAdaptor::new(calibration, view));

@@ -15,12 +15,10 @@ pub struct JointBatch {
     pub joints: JointTargets,
 }
 
-/// The values that trainings of joints log for each batch: the loss, mean absolute errors of the coordinates of a
-/// joint in pixels of the network's image and of its depth in lengths of the palm, the divergence of heatmaps and
-/// the cross-entropy of the presence.
-pub const JOINT_VALUES: [LoggedValue; 5] = [
+/// The values that trainings of joints log for each batch: the loss, the mean absolute error of the depth of a joint in
+/// lengths of the palm, the divergence of heatmaps and the cross-entropy of the presence.
+pub const JOINT_VALUES: [LoggedValue; 4] = [
     LoggedValue::error(LOSS, ""),
-    LoggedValue::error("position", "px"),
     LoggedValue::error("depth", "palms"),
     LoggedValue::error("divergence", "nat"),
     LoggedValue::error("presence", "nat"),
@@ -39,7 +37,6 @@ impl TrainingLoss<JointNet> for JointLoss {
         let read = |tensor: &Tensor<1>| f64::from(tensor.clone().into_scalar::<f32>());
         let values = vec![
             read(&parts.total),
-            JointNet::STRIDE as f64 * read(&parts.position),
             read(&parts.depth),
             read(&parts.divergence),
             read(&parts.presence),
