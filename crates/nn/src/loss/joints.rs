@@ -79,8 +79,8 @@ pub struct JointLossParts {
 /// # Model
 /// With `p` the softmax of a joint's heatmap over the cells, what counts is the Kullback-Leibler divergence of `p` from
 /// a Gaussian about the joint, or, of joints outside of the image, from a flat heatmap, which says that they are not
-/// seen. So `p` is the likelihood of each place: where a finger may be straight or bent, it has two peaks. An error of the
-/// mean position under `p`, in the loss as well, spread it between them, and made straight fingers half bent.
+/// seen. So `p` is the likelihood of each place: where a finger may be straight or bent, it has two peaks, and its mean is
+/// neither.
 /// The depth is the mean of the depth map under the Gaussian, and counts by its absolute error. The presence counts by its
 /// cross-entropy.
 ///

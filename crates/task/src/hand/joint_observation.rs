@@ -13,7 +13,7 @@ const JOINTS: usize = EVALUATION_JOINTS.len();
 const SCORE_CELLS: f32 = 2.0;
 
 /// Standard deviation of the window about a peak in which its place and its depth are read, in cells. What is likely
-/// elsewhere is another place of the joint, and a mean of both is none: it made straight fingers half bent.
+/// elsewhere is another place of the joint, and a mean of both is none.
 const WINDOW_CELLS: f32 = 2.0;
 /// Times that the window is moved to the mean under it. For a Gaussian, each leaves a fifth of the distance.
 const WINDOW_MOVES: usize = 3;
