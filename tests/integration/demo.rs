@@ -31,8 +31,10 @@ fn is_of_its_metrics(report: &str, metrics: &Value) {
     };
     let methods = metrics["held_out"].as_object().unwrap();
     for (method, scores) in methods {
+        // A network that sees no hand has no errors.
         let stored = COLUMNS.map(|(column, digits)| {
-            text(scores.pointer(&format!("/{column}")).expect("a column"), digits)
+            let of_hands = scores.pointer(&format!("/{column}")).filter(|value| value.is_object());
+            of_hands.map_or_else(|| "-".to_owned(), |value| text(value, digits))
         });
         assert_eq!(cells(report, method), stored, "{method}");
     }

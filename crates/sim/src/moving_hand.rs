@@ -14,7 +14,7 @@ use crate::stopwatch::{SimulationPart, Stopwatch};
 #[derive(Debug)]
 pub(crate) struct MovingHand {
     motion: BezierMotion,
-    /// Where they move by themselves.
+    /// The motion of the fingers, if they move by themselves.
     fingers: Option<FingerMotion>,
     pub(crate) posed: PosedBody,
 }

@@ -247,7 +247,6 @@ pub(crate) const RULES: &[Rule] = &[
     rule("models.md", "SMPLH_male.pkl", LICENCE),
     // networks.md
     rule("networks.md", "--sequences 3600", Replace("--sequences 3600", "{hands}")),
-    rule("networks.md", "evpose train hand-wide", Append("{steps} {hands} --plain")),
     rule(
         "networks.md",
         "evpose train hand-joints",
