@@ -213,7 +213,7 @@ fn another_hand_is_seen_behind_the_one_that_has_labels() {
         let run = |another_hand: bool| {
             let config = SimulationConfig { hands, another_hand, ..small() };
             let mut simulator = Simulator::new(&config, 5).unwrap();
-            let camera = simulator.camera().clone();
+            let camera = *simulator.camera();
             let steps: Vec<_> = (0..40)
                 .map(|_| {
                     let step = simulator.advance().unwrap();
