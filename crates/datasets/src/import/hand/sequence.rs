@@ -174,12 +174,7 @@ pub fn import_hand(
             meta.hand(&pose)?;
             events.step(&cut.slice(TimeWindow { start: t, end: t + MS }))?;
         }
-        let info = SequenceInfo {
-            sensor: seen.sensor(),
-            hand: side,
-            another_hand: false,
-            episodes: Vec::new(),
-        };
+        let info = SequenceInfo { hand: side, ..SequenceInfo::foreign(seen.sensor(), 0) };
         info.write(&directory.join(&name))?;
         meta.finish()?;
         // Readers look for events: where they are, the labels are there.

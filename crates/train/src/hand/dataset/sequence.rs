@@ -109,15 +109,9 @@ impl HandSequence {
         // The shortest of all: one of them may be cut.
         let labelled = joints.as_ref().map_or(u64::MAX, JointsReader::frames).min(labels.records());
         let frames = events.frames().unwrap_or(u64::MAX).min(labelled);
-        let mut info = info.unwrap_or_else(|| match is_evc {
-            true => SequenceInfo::foreign(sensor, frames),
-            false => SequenceInfo {
-                sensor,
-                hand: HandSide::Right,
-                another_hand: false,
-                episodes: Vec::new(),
-            },
-        });
+        // Of other formats, no episodes are known.
+        let of_episodes = if is_evc { frames } else { 0 };
+        let mut info = info.unwrap_or_else(|| SequenceInfo::foreign(sensor, of_episodes));
         let own = calibration(sensor)?;
         let adaptor = own.as_ref().map(|calibration| ViewAdaptor::new(calibration, view));
         // From here on events are those of the view.
