@@ -7,6 +7,7 @@ mod accuracy;
 mod arguments;
 mod baselines;
 mod bench;
+mod between;
 mod body;
 mod body_networks;
 mod calibrate;

@@ -112,7 +112,7 @@ impl Meter {
         let latency_us = u64::try_from(pose.latency.as_micros()).unwrap_or(MAX_LATENCY_US);
         let histogram = match pose.origin {
             PoseOrigin::Network | PoseOrigin::Nobody => &self.network,
-            PoseOrigin::Propagated => &self.propagated,
+            PoseOrigin::Propagated | PoseOrigin::Held => &self.propagated,
         };
         let mut histogram = histogram.lock().unwrap_or_else(PoisonError::into_inner);
         histogram.saturating_record(latency_us.clamp(1, MAX_LATENCY_US));

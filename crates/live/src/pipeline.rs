@@ -364,7 +364,8 @@ impl<'a, F: StreamFrontend> Follower<'a, F> {
     fn propagate(&mut self, t: Micros) {
         if let Some(pose) = self.frontend.propagate(t) {
             let latency = self.clock.since(t);
-            self.emit(LivePose { t, latency, origin: PoseOrigin::Propagated, pose });
+            let origin = self.frontend.origin_between();
+            self.emit(LivePose { t, latency, origin, pose });
         }
     }
 

@@ -57,19 +57,23 @@ pub enum PoseOrigin {
     Network,
     /// Propagated by the filter after an inferred pose; counted separately.
     Propagated,
+    /// The last inferred pose once more, where nothing that is known of the motion makes it better; counted with those
+    /// propagated.
+    Held,
     /// Of a row that says that nobody is in view: there is no pose.
     Nobody,
 }
 
 impl PoseOrigin {
     /// All origins.
-    pub const ALL: [Self; 3] = [Self::Network, Self::Propagated, Self::Nobody];
+    pub const ALL: [Self; 4] = [Self::Network, Self::Propagated, Self::Held, Self::Nobody];
 
-    /// Name in tables and JSON: `network`, `propagated` or `nobody`.
+    /// Name in tables and JSON: `network`, `propagated`, `held` or `nobody`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Network => "network",
             Self::Propagated => "propagated",
+            Self::Held => "held",
             Self::Nobody => "nobody",
         }
     }
@@ -114,7 +118,10 @@ mod tests {
             score: Some(0.75),
         };
         assert_eq!(hand.score(), Some(0.75));
-        assert_eq!(PoseOrigin::ALL.map(PoseOrigin::name), ["network", "propagated", "nobody"]);
+        assert_eq!(
+            PoseOrigin::ALL.map(PoseOrigin::name),
+            ["network", "propagated", "held", "nobody"]
+        );
         assert_eq!(JointFrame::ALL.map(JointFrame::name), ["camera", "world"]);
     }
 }

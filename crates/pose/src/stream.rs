@@ -10,7 +10,7 @@
 
 use evpose_core::{EventStream, Micros};
 
-use crate::PoseEstimate;
+use crate::{PoseEstimate, PoseOrigin};
 
 /// A failure of a stage of a stream.
 #[derive(Debug, thiserror::Error)]
@@ -131,6 +131,11 @@ pub trait StreamFrontend: Send {
 
     /// The pose propagated to `t`. None before the first output.
     fn propagate(&mut self, t: Micros) -> Option<PoseEstimate>;
+
+    /// Whether [`Self::propagate`] moves poses on or holds them.
+    fn origin_between(&self) -> PoseOrigin {
+        PoseOrigin::Propagated
+    }
 
     /// Forgets everything: another recording begins.
     fn reset(&mut self);

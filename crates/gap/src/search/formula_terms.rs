@@ -6,6 +6,7 @@
 use evpose_sensor::{Citation, Probe};
 use evpose_sensor::{
     Domain, EffectConfig, NumberSpec, Parameter, STAGES, Scale, Signature, StageSpec, Strength,
+    Value,
 };
 
 use crate::candidate::Trial;
@@ -272,6 +273,15 @@ impl Term {
         (0..count).map(|k| plain.with(second, at(k))).collect()
     }
 
+    /// The constants of an effect of this term that lie at an end of what is tried: the best value may be beyond.
+    pub(crate) fn at_an_end(&self, effect: &EffectConfig) -> Vec<&'static str> {
+        let is_at_an_end = |spec: &&NumberSpec| {
+            let Some(Value::Number(value)) = effect.params.get(spec.name) else { return false };
+            [spec.range.0, spec.range.1].iter().any(|end| (value - end).abs() <= END * end.abs())
+        };
+        self.spec.number_params().filter(is_at_an_end).map(|spec| spec.name).collect()
+    }
+
     /// The term that an effect is, if it is one.
     pub(crate) fn of(effect: &EffectConfig) -> Option<&'static Self> {
         let is = |term: &&Self, key: &str, word: &str| {
@@ -286,6 +296,8 @@ impl Term {
     }
 }
 
+/// How near to an end of its range a constant lies at it, relative to the end.
+const END: f64 = 0.02;
 /// Values of a second constant that are tried.
 const COARSE: usize = 3;
 const FINE: usize = 12;

@@ -21,8 +21,20 @@ pub(super) fn found_formula(effect: &EffectConfig) -> Option<FoundFormula> {
         expression: with_values(term.expression, effect),
         variable: term.variable.to_owned(),
         curve: x.into_iter().zip(y).map(|(x, y)| [x, y]).collect(),
-        reading: term.reading.to_owned(),
+        reading: reading(term, effect),
     })
+}
+
+/// What a formula may come from, and whether its constants may be others than these.
+fn reading(term: &Term, effect: &EffectConfig) -> String {
+    match term.at_an_end(effect).as_slice() {
+        [] => term.reading.to_owned(),
+        names => format!(
+            "{} ({} at an end of what is tried: the best value may lie beyond)",
+            term.reading,
+            names.join(" and ")
+        ),
+    }
 }
 
 /// Values of a variable between which a curve shows what there is to see.
@@ -66,9 +78,16 @@ mod tests {
     fn a_formula_is_written_with_its_values_and_drawn() {
         let effect = EffectConfig::new("formula").with("stage", "threshold");
         let effect = effect.with("expression", "1 + a*exp(-age_ms/b)").with("a", -0.2134);
+        let at_an_end = found_formula(&effect.clone().with("b", 299.0)).unwrap();
+        assert!(
+            at_an_end
+                .reading
+                .ends_with("(b at an end of what is tried: the best value may lie beyond)")
+        );
         let found = found_formula(&effect.with("b", 31.27)).unwrap();
         assert_eq!(found.expression, "1 + (-0.213)*exp(-age_ms/31.3)");
         assert_eq!(found.variable, "age_ms");
+        assert!(!found.reading.contains("at an end"), "{}", found.reading);
         assert!((found.curve[0][1] - 0.7866).abs() < 1e-6);
         let (x, y) = (found.curve[20][0], found.curve[20][1]);
         assert!(x == 100.0 && (y - (1.0 - 0.2134 * f64::exp(-100.0 / 31.27))).abs() < 1e-6);

@@ -230,24 +230,26 @@ fn closed(unexplained: &Unexplained) -> f64 {
     1.0 - unexplained.fraction
 }
 
-/// Fraction of the gap as given by domain: what each finding explains, and of what is left, where it
-/// is significant, the parts in proportion to `of_left`.
+/// Fraction of the gap as given by domain, all together 1: what is left, where it is significant, in proportion to
+/// `of_left`, and the rest in proportion to what each finding explains beside the others. These overlap or leave a
+/// part to all of them together, so that by themselves they add up to more or less.
 fn stage_shares(
     findings: &[Finding],
     unexplained: &Unexplained,
     of_left: &BTreeMap<String, f64>,
 ) -> BTreeMap<String, f64> {
+    let left = if unexplained.is_significant { unexplained.fraction } else { 0.0 };
+    let explained = findings.iter().filter_map(|finding| {
+        let fraction = finding.explained.as_ref()?.beside_others;
+        Some((domain_of(&finding.name)?.to_owned(), fraction)).filter(|_| fraction > 0.0)
+    });
+    let explained: Vec<(String, f64)> = explained.collect();
+    let of_left = of_left.iter().map(|(domain, share)| (domain.clone(), *share)).collect();
     let mut shares: BTreeMap<String, f64> = BTreeMap::new();
-    for finding in findings {
-        let fraction = finding.explained.map_or(0.0, |explained| explained.beside_others);
-        if let Some(domain) = domain_of(&finding.name).filter(|_| fraction > 0.0) {
-            *shares.entry(domain.to_owned()).or_default() += fraction;
-        }
-    }
-    let all: f64 = of_left.values().sum();
-    if unexplained.is_significant && all > 0.0 {
-        for (domain, share) in of_left {
-            *shares.entry(domain.clone()).or_default() += unexplained.fraction * share / all;
+    for (parts, whole) in [(explained, 1.0 - left), (of_left, left)] {
+        let all: f64 = parts.iter().map(|(_, part)| part).sum();
+        for (domain, part) in parts.into_iter().filter(|_| all > 0.0 && whole > 0.0) {
+            *shares.entry(domain).or_default() += whole * part / all;
         }
     }
     shares

@@ -58,7 +58,7 @@ impl NewestPoses {
     fn record(&mut self, pose: &LivePose) {
         let poses = match pose.origin {
             PoseOrigin::Network | PoseOrigin::Nobody => &mut self.network,
-            PoseOrigin::Propagated => &mut self.propagated,
+            PoseOrigin::Propagated | PoseOrigin::Held => &mut self.propagated,
         };
         let latency_us = u64::try_from(pose.latency.as_micros()).unwrap_or(MAX_LATENCY_US);
         poses.slot.saturating_record(latency_us.clamp(1, MAX_LATENCY_US));

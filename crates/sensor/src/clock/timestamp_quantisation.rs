@@ -32,7 +32,7 @@ const ROUNDING: Parameter = Parameter::Word(WordSpec {
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "timestamp_quantisation",
     domain: Domain::Clock,
-    summary: "timestamps are counts of a clock",
+    summary: "timestamps are counts of a clock, the camera's or a converter's",
     formula: "t = ceil(t / period_us) period_us, or floor",
     params: &[PERIOD, ROUNDING],
     source: Citation::LICHTSTEINER_2008,

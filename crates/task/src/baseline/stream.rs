@@ -2,9 +2,9 @@
 
 use evpose_camera::Calibration;
 use evpose_core::{EventStream, LensCamera, Micros, Plane, SensorSize};
-use evpose_pose::PoseEstimate;
 use evpose_pose::body::{BODY_JOINTS, BodyPoints, pose_score};
 use evpose_pose::stream::{InferenceWorker, PoseStream, StreamError, StreamFrontend};
+use evpose_pose::{PoseEstimate, PoseOrigin};
 use evpose_repr::Representation;
 use glam::{Vec2, Vec3};
 
@@ -106,6 +106,10 @@ impl StreamFrontend for BaselineFrontend {
 
     fn propagate(&mut self, _t: Micros) -> Option<PoseEstimate> {
         Some(self.estimate(&self.last_pose?))
+    }
+
+    fn origin_between(&self) -> PoseOrigin {
+        PoseOrigin::Held
     }
 
     fn reset(&mut self) {

@@ -1,13 +1,13 @@
 //! The body's stream: a representation at the network's pace, and velocities of events in between.
 
 use evpose_core::{EventStream, Micros, Plane, SensorSize};
-use evpose_pose::PoseEstimate;
 use evpose_pose::body::fusion::ScoredPoints;
 use evpose_pose::body::{BodyFollower, BodyJoint, BodyPoints, PresenceScore, pose_score};
 use evpose_pose::filter::{BodyFilter, BodyFilterConfig};
 use evpose_pose::stream::{
     InferenceWorker, PoseStream, RemainingEvents, StreamError, StreamFrontend,
 };
+use evpose_pose::{PoseEstimate, PoseOrigin};
 use evpose_repr::{
     BlurWork, ChannelOrder, GaussianKernel, Representation, StreamWindow, representation_by_name,
 };
@@ -289,6 +289,10 @@ impl StreamFrontend for BodyFrontend {
         let pose = self.last_pose?;
         let joints_px = self.follower.as_mut().map_or(pose.joints_px, |follower| follower.at(t));
         Some(self.estimate(&BodyPose { joints_px, ..pose }))
+    }
+
+    fn origin_between(&self) -> PoseOrigin {
+        if self.follower.is_some() { PoseOrigin::Propagated } else { PoseOrigin::Held }
     }
 
     fn reset(&mut self) {

@@ -1,6 +1,6 @@
 //! Settings of poses that are propagated from those of the network by velocities of events.
 
-use evpose_pose::body::fusion::FusionConfig;
+use evpose_pose::body::fusion::{ConfidenceTest, FusionConfig};
 use evpose_pose::body::velocity::TripletVelocityConfig;
 use serde::{Deserialize, Serialize};
 
@@ -31,7 +31,11 @@ impl Default for PropagationConfig {
             output_hz: 500.0,
             min_samples: 3,
             velocity: TripletVelocityConfig::default(),
-            fusion: FusionConfig::default(),
+            // What scores too low is not detected: a joint that is reported is propagated, or its old place would stand.
+            fusion: FusionConfig {
+                confidence: ConfidenceTest { joint: 0.0, pose: 0.0 },
+                ..FusionConfig::default()
+            },
         }
     }
 }

@@ -231,11 +231,6 @@ impl HandEstimator {
         estimates.collect()
     }
 
-    /// The pose until the next output: the last one. None before the first.
-    pub(super) fn last_pose(&self) -> Option<HandPose> {
-        self.smoothing.last_pose()
-    }
-
     /// Forgets everything.
     pub(super) fn reset(&mut self) {
         self.representation.reset();

@@ -18,7 +18,7 @@ use evpose_io::Windows;
 use evpose_pose::stream::{
     InferenceSchedule, InferenceWorker, PoseStream, RemainingEvents, StreamError, StreamFrontend,
 };
-use evpose_pose::{HandPose, HandSide, PoseEstimate};
+use evpose_pose::{HandPose, HandSide, PoseEstimate, PoseOrigin};
 use evpose_repr::RepresentationTrigger;
 
 use super::batch::InputBatch;
@@ -64,6 +64,7 @@ pub fn hand_stream<P: Predictor>(
         first_event: None,
         is_due: false,
         repeated: Vec::new(),
+        last: None,
         view: HandView::new(config)?.seen_by(&adaptor),
         adaptor,
         // A network of both hands does not distinguish them.
@@ -113,6 +114,10 @@ pub struct HandFrontend {
     is_due: bool,
     /// Poses of the last batch, of a scene at rest.
     repeated: Vec<HandEstimate>,
+    /// The last pose, which stands until the next one. Events between two are in no window yet, and the velocity that
+    /// the filter knows is that of its noise: extrapolated by it, poses were three times as wrong as held ones. None
+    /// while there is no hand.
+    last: Option<HandPose>,
     view: HandView,
     side: HandSide,
 }
@@ -256,6 +261,7 @@ impl StreamFrontend for HandFrontend {
         _now: Micros,
     ) -> Vec<(Micros, HandEstimate)> {
         let estimates = self.estimator.accept(batch, outputs);
+        self.last = estimates.last().map(|estimate| estimate.filtered);
         estimates.into_iter().map(|estimate| (estimate.t, estimate)).collect()
     }
 
@@ -264,7 +270,11 @@ impl StreamFrontend for HandFrontend {
     }
 
     fn propagate(&mut self, _t: Micros) -> Option<PoseEstimate> {
-        Some(self.pose(self.estimator.last_pose()?))
+        Some(self.pose(self.last?))
+    }
+
+    fn origin_between(&self) -> PoseOrigin {
+        PoseOrigin::Held
     }
 
     fn reset(&mut self) {
@@ -273,6 +283,7 @@ impl StreamFrontend for HandFrontend {
         self.trigger.reset();
         (self.first_event, self.is_due) = (None, false);
         self.repeated.clear();
+        self.last = None;
     }
 }
 

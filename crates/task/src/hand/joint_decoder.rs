@@ -4,7 +4,7 @@ use evpose_body::fingers::HandRotations;
 use evpose_body::{FittedPose, HandFit, JointObservation};
 use evpose_core::SensorSize;
 use evpose_pose::rotation::axis_angle_from_matrix;
-use evpose_pose::{HandJoints, HandParams, HandPose, HandSide};
+use evpose_pose::{EVALUATION_JOINTS, HandJoints, HandParams, HandPose, HandSide};
 use evpose_sim::raster::Camera;
 use glam::{Affine3A, Mat3, Vec3};
 
@@ -15,6 +15,8 @@ use super::perspective_crop::PerspectiveCrop;
 use super::view::HandView;
 use crate::TaskError;
 
+/// Count of joints.
+const JOINTS: usize = EVALUATION_JOINTS.len();
 /// Least depth of a joint: before the camera whatever a network says.
 const MIN_DEPTH_M: f32 = 0.03;
 
@@ -39,12 +41,13 @@ impl JointDecoder {
         Ok(Self { view, camera: config.simulation.camera(), side, fit })
     }
 
-    /// The pose in the view of one row of outputs, of an image of `size` that shows `crop`: its joints as they are
-    /// seen, at the distance of the hand that is fitted to them.
+    /// The pose in the view of one row of outputs, of an image of `size` that shows `crop`. Its joints lie half-way
+    /// between where they are seen, at the distance of the hand that is fitted to them, and those of that hand: these
+    /// bend as fingers do, the others have the proportions of the hand in view.
     pub fn pose(&self, row: &[f32], size: SensorSize, crop: &PerspectiveCrop) -> HandPose {
         let grid = JointGrid::new(&self.camera, size, crop.zoom());
         let observed = joint_observation(row, &grid);
-        let (params, rotations) = self.fitted(&observed, grid.focal_cells(), crop.turn());
+        let (params, rotations, fitted_m) = self.fitted(&observed, grid.focal_cells(), crop.turn());
         let camera_from_world = self.camera.camera_from_world();
         let view_from_crop = crop.turn().transpose();
         let wrist_m = crop.turn() * camera_from_world.transform_point3(params.translation_m);
@@ -52,20 +55,21 @@ impl JointDecoder {
         let camera_m = std::array::from_fn(|joint| {
             // Depths are exact in palms alone: a hand that is larger than the mean one is taken for a nearer one.
             let depth_m = (palm_m * observed.depths[joint] - wrist_m.z).max(MIN_DEPTH_M);
-            view_from_crop * (depth_m * observed.rays[joint].extend(-1.0))
+            let seen_m = depth_m * observed.rays[joint].extend(-1.0);
+            view_from_crop * seen_m.midpoint(fitted_m[joint])
         });
         let JointObservation { scores, presence, .. } = observed;
         HandPose { params, joints: Some(HandJoints { camera_m, scores, presence, rotations }) }
     }
 
-    /// The pose in the view of joints that a camera sees that is turned by `turn`, and the rotations of the joints of
-    /// its digits.
-    pub fn fitted(
+    /// The pose in the view of joints that a camera sees that is turned by `turn`, the rotations of the joints of
+    /// its digits, and its points before that camera.
+    fn fitted(
         &self,
         observed: &JointObservation,
         focal_cells: f32,
         turn: Mat3,
-    ) -> (HandParams, HandRotations) {
+    ) -> (HandParams, HandRotations, [Vec3; JOINTS]) {
         let is_mirrored = self.view.is_mirrored_model(self.side);
         // A hand of the other side is fitted in a mirror before the camera, whose turn it mirrors too.
         let mirror = Mat3::from_diagonal(Vec3::new(-1.0, 1.0, 1.0));
@@ -76,8 +80,9 @@ impl JointDecoder {
             }
             false => (*observed, turn),
         };
-        let FittedPose { articulation, rotations, rotation, position_m, .. } =
-            self.fit.fit(&observed, focal_cells);
+        let fitted = self.fit.fit(&observed, focal_cells);
+        let points_m = self.fit.points_m(&fitted);
+        let FittedPose { articulation, rotations, rotation, position_m, .. } = fitted;
         let world_from_crop = Affine3A::from_mat4(self.camera.camera_from_world()).inverse()
             * Affine3A::from_mat3(turn.transpose());
         let own = HandParams {
@@ -88,8 +93,12 @@ impl JointDecoder {
         // In a mirror across x, turns about the other axes go the other way.
         let mirrored = |turn: Vec3| Vec3::new(turn.x, -turn.y, -turn.z);
         match is_mirrored {
-            true => (self.view.mirrored(&own), rotations.map(mirrored)),
-            false => (own, rotations),
+            true => (
+                self.view.mirrored(&own),
+                rotations.map(mirrored),
+                points_m.map(|at_m| mirror * at_m),
+            ),
+            false => (own, rotations, points_m),
         }
     }
 }
@@ -130,7 +139,10 @@ mod tests {
                     scores: [1.0; 21],
                     presence: 1.0,
                 };
-                let (back, _) = decoder.fitted(&observed, 60.0, crop.turn());
+                let (back, _, fitted_m) = decoder.fitted(&observed, 60.0, crop.turn());
+                for (fitted_m, at_m) in fitted_m.iter().zip(at_m) {
+                    assert!(fitted_m.distance(at_m) < 0.006, "{side:?}: {fitted_m} for {at_m}");
+                }
                 let points_m = view.points(side, &back, &[]).world_m;
                 for (point_m, want_m) in points_m.iter().zip(world_m) {
                     assert!(point_m.distance(want_m) < 0.006, "{side:?}: {point_m} for {want_m}");

@@ -1,5 +1,7 @@
 //! Joints as a network of joints sees them: rays, depths and scores from its maps.
 
+use std::ops::Range;
+
 use evpose_body::JointObservation;
 use evpose_pose::EVALUATION_JOINTS;
 use glam::Vec2;
@@ -15,6 +17,8 @@ const SCORE_CELLS: f32 = 2.0;
 /// Standard deviation of the window about a peak in which its place and its depth are read, in cells. What is likely
 /// elsewhere is another place of the joint, and a mean of both is none.
 const WINDOW_CELLS: f32 = 2.0;
+/// How far from its middle the window is summed: at four standard deviations it is 3e-4.
+const WINDOW_REACH_CELLS: f32 = 4.0 * WINDOW_CELLS;
 /// Times that the window is moved to the mean under it. For a Gaussian, each leaves a fifth of the distance.
 const WINDOW_MOVES: usize = 3;
 
@@ -40,13 +44,10 @@ pub fn joint_observation(row: &[f32], grid: &JointGrid) -> JointObservation {
         let of_joint = joint * cells..(joint + 1) * cells;
         softmax(&heatmaps[of_joint.clone()], &mut likelihood);
         let mut position = peak(&likelihood, columns);
-        let mut about_peak = Vec::new();
         for _ in 0..WINDOW_MOVES {
-            about_peak = windowed(&likelihood, columns, position);
-            position = mean_position(&about_peak, columns);
+            (position, observed.depths[joint]) =
+                mean_near(&likelihood, &depth_maps[of_joint.clone()], columns, position);
         }
-        let depths = about_peak.iter().zip(&depth_maps[of_joint]);
-        observed.depths[joint] = depths.map(|(likelihood, depth)| likelihood * depth).sum();
         observed.rays[joint] = grid.ray(position);
         observed.spread_cells[joint] = spread(&likelihood, columns, position);
         observed.scores[joint] = near(&likelihood, columns, position);
@@ -81,22 +82,32 @@ fn peak(likelihood: &[f32], columns: usize) -> Vec2 {
     at
 }
 
-/// The likelihood of each cell given that the joint is near `middle`.
-fn windowed(likelihood: &[f32], columns: usize, middle: Vec2) -> Vec<f32> {
-    let along = |middle: f32, count: usize| -> Vec<f32> {
-        let window = |at: usize| (-0.5 * ((at as f32 - middle) / WINDOW_CELLS).powi(2)).exp();
-        (0..count).map(window).collect()
-    };
-    let across = along(middle.x, columns);
-    let down = along(middle.y, likelihood.len() / columns);
-    let rows = likelihood.chunks_exact(columns).zip(down);
-    let values = rows.flat_map(|(values, down)| {
-        values.iter().zip(&across).map(move |(value, across)| value * across * down)
-    });
-    let mut inside: Vec<f32> = values.collect();
-    let sum: f32 = inside.iter().sum();
-    inside.iter_mut().for_each(|value| *value /= sum);
-    inside
+/// The mean position and the mean depth, given that the joint is near `middle`.
+fn mean_near(likelihood: &[f32], depths: &[f32], columns: usize, middle: Vec2) -> (Vec2, f32) {
+    let window =
+        |at: usize, middle: f32| (-0.5 * ((at as f32 - middle) / WINDOW_CELLS).powi(2)).exp();
+    let across = cells_within(WINDOW_REACH_CELLS, middle.x, columns);
+    let along: Vec<f32> = across.clone().map(|column| window(column, middle.x)).collect();
+    let (mut sum, mut position, mut depth) = (0.0, Vec2::ZERO, 0.0);
+    for row in cells_within(WINDOW_REACH_CELLS, middle.y, likelihood.len() / columns) {
+        let down = window(row, middle.y);
+        let first = row * columns;
+        let cells = first + across.start..first + across.end;
+        let inside = likelihood[cells.clone()].iter().zip(&depths[cells]).zip(&along);
+        for (column, ((likelihood, of_cell), along)) in across.clone().zip(inside) {
+            let weight = likelihood * along * down;
+            sum += weight;
+            position += weight * Vec2::new(column as f32, row as f32);
+            depth += weight * of_cell;
+        }
+    }
+    (position / sum, depth / sum)
+}
+
+/// The cells along one side of the map that are not farther from a place than `reach_cells`.
+fn cells_within(reach_cells: f32, at: f32, count: usize) -> Range<usize> {
+    let first = (at - reach_cells).ceil().max(0.0) as usize;
+    first..((at + reach_cells).floor() as usize + 1).min(count)
 }
 
 /// The softmax of logits. Without the largest subtracted, exponentials would overflow.
@@ -108,17 +119,6 @@ fn softmax(logits: &[f32], out: &mut [f32]) {
         sum += *out;
     }
     out.iter_mut().for_each(|value| *value /= sum);
-}
-
-/// The mean column and row under a likelihood of cells, row by row.
-fn mean_position(likelihood: &[f32], columns: usize) -> Vec2 {
-    let mut mean = Vec2::ZERO;
-    for (row, values) in likelihood.chunks_exact(columns).enumerate() {
-        let sum: f32 = values.iter().sum();
-        let along: f32 = values.iter().enumerate().map(|(x, value)| x as f32 * value).sum();
-        mean += Vec2::new(along, row as f32 * sum);
-    }
-    mean
 }
 
 /// How far from a position a likelihood of cells is, in cells: of one axis, the root of the mean square of both. Other
@@ -135,12 +135,8 @@ fn spread(likelihood: &[f32], columns: usize, position: Vec2) -> f32 {
 
 /// The likelihood of the cells about a position.
 fn near(likelihood: &[f32], columns: usize, position: Vec2) -> f32 {
-    let range = |at: f32, count: usize| {
-        let first = (at - SCORE_CELLS).ceil().max(0.0) as usize;
-        first..((at + SCORE_CELLS).floor() as usize + 1).min(count)
-    };
-    let across = range(position.x, columns);
-    let down = range(position.y, likelihood.len() / columns);
+    let across = cells_within(SCORE_CELLS, position.x, columns);
+    let down = cells_within(SCORE_CELLS, position.y, likelihood.len() / columns);
     down.map(|row| likelihood[row * columns..][across.clone()].iter().sum::<f32>()).sum()
 }
 

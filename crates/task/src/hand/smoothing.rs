@@ -20,8 +20,6 @@ pub(super) struct Smoothing {
     /// Each by itself, with the noise of its score.
     joints: Vec<ConstantVelocityKalman>,
     joint_noise: BodyFilterConfig,
-    /// The last estimate.
-    last: Option<HandPose>,
 }
 
 #[derive(Debug)]
@@ -45,7 +43,7 @@ impl Smoothing {
         };
         let joint_noise = config.joint_filter;
         let joint = ConstantVelocityKalman::new(joint_noise.kalman(1.0), 3)?;
-        Ok(Self { params, joints: vec![joint; JOINTS], joint_noise, last: None })
+        Ok(Self { params, joints: vec![joint; JOINTS], joint_noise })
     }
 
     /// The estimate for time `t` from the pose of time `t` and all before.
@@ -64,14 +62,7 @@ impl Smoothing {
             }
             joints
         });
-        *self.last.insert(HandPose { params, joints })
-    }
-
-    /// The last estimate, which is held until the next measurement. Events between two poses of a network are in no
-    /// window yet, and the velocity that the filter knows is that of its noise: extrapolated by it, poses were three
-    /// times as wrong as held ones. None before the first measurement.
-    pub(super) fn last_pose(&self) -> Option<HandPose> {
-        self.last
+        HandPose { params, joints }
     }
 
     /// Whether the last pose was taken with the fast settings.
@@ -86,7 +77,6 @@ impl Smoothing {
             ParamsFilter::Adaptive(filter) => filter.reset(),
         }
         self.joints.iter_mut().for_each(ConstantVelocityKalman::reset);
-        self.last = None;
     }
 }
 
@@ -103,9 +93,8 @@ mod tests {
     }
 
     #[test]
-    fn joints_that_move_uniformly_are_followed_and_then_held() {
+    fn joints_that_move_uniformly_are_followed() {
         let mut smoothing = Smoothing::new(&HandConfig::default(), false).unwrap();
-        assert!(smoothing.last_pose().is_none());
         let at_m = |ms: i64| Vec3::new(1e-3 * ms as f32, -0.2, -0.5);
         let mut last = HandPose::default();
         for ms in 0..2_000 {
@@ -114,15 +103,11 @@ mod tests {
         let joints = last.joints.unwrap();
         assert!(joints.camera_m[7].distance(at_m(1_999)) < 1e-3, "{}", joints.camera_m[7]);
         assert_eq!((joints.scores, joints.presence), ([0.5; 21], 0.9));
-        assert_eq!(smoothing.last_pose(), Some(last));
-        smoothing.reset();
-        assert!(smoothing.last_pose().is_none());
     }
 
     #[test]
     fn hands_without_joints_stay_without() {
         let mut smoothing = Smoothing::new(&HandConfig::default(), true).unwrap();
-        let pose = smoothing.update(Micros(0), &HandPose::default());
-        assert!(pose.joints.is_none() && smoothing.last_pose().unwrap().joints.is_none());
+        assert!(smoothing.update(Micros(0), &HandPose::default()).joints.is_none());
     }
 }

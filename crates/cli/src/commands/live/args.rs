@@ -17,7 +17,8 @@ use crate::tasks::{Live, TaskArgs};
     evpose live --source tcp://127.0.0.1:7777 --checkpoint runs/hand --serve\n  \
     cat rec.evs | evpose live --source - --checkpoint body --json -\n  \
     evpose live --source camera --checkpoint runs/body/finetune --serve\n\n\
-    Each pose has an `origin`, `network` or `propagated`, and the two are counted separately. Of cameras, \
+    Each pose has an `origin`, `network`, or `propagated` or `held` between two of those; these are counted \
+    separately. Of cameras, \
     connections and --real-time, the oldest events, inputs of the network, and poses for slow outputs are \
     dropped under load, and counted. Files and standard input wait instead.")]
 pub struct LiveArgs {

@@ -148,7 +148,8 @@ mod sdk {
         }
 
         fn write(&mut self, pose: &LivePose) -> io::Result<()> {
-            let origin = usize::from(pose.origin == PoseOrigin::Propagated);
+            let origin =
+                usize::from(matches!(pose.origin, PoseOrigin::Propagated | PoseOrigin::Held));
             self.0.input().poses[origin] = Some(pose.clone());
             Ok(())
         }

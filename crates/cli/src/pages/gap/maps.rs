@@ -11,7 +11,7 @@ use image::{Rgb, RgbImage};
 use evpose_report::png::png;
 
 /// Residuals of full colour, standard deviations.
-const FULL: f64 = 6.0;
+pub(super) const FULL: f64 = 6.0;
 /// Share of the colour of what is not significant.
 const FAINT: f64 = 0.35;
 /// Width of images and strips, pixels.

@@ -71,10 +71,12 @@ pub(crate) fn place(page: &mut HtmlPage, data: &ReportData) -> Result<()> {
         pixels(data)
     ));
     if !first.is_empty() {
-        page.markup(
-            "<p class=\"soft\">Orange: more events measured than simulated; blue: fewer; pale: chance \
-             does the same. Of what is called significant, one in twenty may be chance.</p>",
-        );
+        page.markup(&format!(
+            "<p class=\"soft\">Orange: more events measured than simulated; blue: fewer; of full colour \
+             from {} standard deviations on; pale: chance does the same. Of places that are called \
+             significant, one in twenty may be chance; a region is named at one in a hundred.</p>",
+            maps::FULL
+        ));
     }
     Ok(())
 }

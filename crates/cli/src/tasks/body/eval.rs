@@ -183,7 +183,7 @@ fn evaluate_fusion(
     recordings: &BodyRecordings,
 ) -> Result<Fusion> {
     let bootstrap = &checkpoint.config.evaluation.bootstrap;
-    let config = PropagationConfig::default();
+    let config = PropagationConfig { output_hz: 1e3, ..PropagationConfig::default() };
     let progress = bar("fusing", recordings.files.len() as u64, "recordings");
     let advance = |done| progress.inc(done);
     let propagated = evaluate_propagation(checkpoint, predictor, recordings, &config, &advance)?;

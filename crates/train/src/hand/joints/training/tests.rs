@@ -128,3 +128,20 @@ fn recorded_joints_come_before_those_of_the_label() {
     assert!(moved > 0.5, "{moved} cells");
     assert!(of_file[1].positions[3].distance(of_poses[1].positions[3]) < 1e-3);
 }
+
+/// Beside the labelled hand is nobody, or the other one, of which nothing is known.
+#[test]
+fn an_empty_crop_of_two_hands_says_nothing_about_presence() {
+    let unknown = [false, true].map(|another_hand| {
+        let mut config = config();
+        config.simulation.another_hand = another_hand;
+        config.two_pass.as_mut().unwrap().empty_probability = 0.9;
+        let directory = tempfile::tempdir().unwrap();
+        let simulation = Simulation::new(&config.simulation, 1).unwrap();
+        record_all(&simulation, directory.path(), &|_| {}).unwrap();
+        let set = HandDataset::open(directory.path(), &config).unwrap();
+        let label = |index| *set.plain_sample(index).unwrap().joints.unwrap();
+        (0..set.len()).step_by(9).filter(|index| label(*index).presence.is_none()).count()
+    });
+    assert!(unknown[1] > unknown[0] + 10, "{unknown:?}");
+}
