@@ -1,4 +1,4 @@
-//! A pose between two of the network is never worse than the last of them, held: at 1 kHz, of people and of hands, on
+//! Propagated and held poses are never worse than the last one of the network: at 1 kHz, of people and of hands, on
 //! recordings of this simulator and of others.
 
 use std::path::{Path, PathBuf};
@@ -11,10 +11,10 @@ use glam::Vec2;
 
 use crate::harness::{Sandbox, shipped};
 
-/// Where joints are seen at a time: in pixels, or by their rays where there are no pixels.
+/// Joints as they are seen at a time: in pixels, or by their rays for want of pixels.
 type Seen = (Micros, Vec<Option<Vec2>>);
 
-/// Where a joint in front of the camera is seen, without its intrinsics.
+/// The ray of a joint in front of the camera, which needs no intrinsics.
 fn ray(joint: &PoseJoint) -> Option<Vec2> {
     joint.position_m.map(|at_m| at_m.truncate() / at_m.z)
 }
@@ -50,7 +50,7 @@ fn label_at(labels: &[Seen], t: Micros) -> Option<Vec<Option<Vec2>>> {
     Some(joints.map(|(a, b)| Some((*a)?.lerp((*b)?, part))).collect())
 }
 
-/// The sums over joints of the errors of poses between two of the network, and of the last of the network's.
+/// The sums over joints of the errors of propagated or held poses, and of the last of the network's.
 fn errors(sandbox: &Sandbox, network: &str, recording: &Path, origin: PoseOrigin) -> [f64; 2] {
     let source = recording.to_str().expect("a name of text");
     sandbox.run(

@@ -15,7 +15,7 @@ const SIGMA_CELLS: f32 = 0.5;
 /// Standard deviation of depths, in lengths of the palm, and how much it grows with that of the position.
 const SIGMA_DEPTH: f32 = 0.2;
 const SIGMA_DEPTH_PER_CELL: f32 = 0.05;
-/// What the prior counts. Heatmaps are wider than their peaks are wrong, and at 1 it bent fingers that were seen straight:
+/// Weight of the prior. Heatmaps are wider than their peaks are wrong, and at 1 it bent fingers that were seen straight:
 /// measured, on recordings of the simulator that nothing was trained on.
 const PRIOR_WEIGHT: f64 = 0.3;
 /// Damping relative to the diagonal: keeps what hardly counts from running away.

@@ -25,7 +25,7 @@ pub(super) fn found_formula(effect: &EffectConfig) -> Option<FoundFormula> {
     })
 }
 
-/// What a formula may come from, and whether its constants may be others than these.
+/// A possible cause of a formula, and whether its constants may be others than these.
 fn reading(term: &Term, effect: &EffectConfig) -> String {
     match term.at_an_end(effect).as_slice() {
         [] => term.reading.to_owned(),
