@@ -114,7 +114,6 @@ fn between_two_poses_of_the_network_none_is_worse_than_the_last_one() {
             sums = [sums[0] + of_file[0], sums[1] + of_file[1]];
         }
         let [between, held] = sums;
-        println!("{}: {:.3} of the error of the last pose", set.display(), between / held);
         assert!(held > 0.0 && between <= held, "{}: {between} for {held}", set.display());
     }
 }

@@ -279,7 +279,6 @@ fn confusability(directions: &Directions, result: &Identification) -> Confusabil
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used, reason = "tests")]
 mod tests {
     use serde_json::json;
 
