@@ -22,6 +22,8 @@ fn a_network_is_quantized_evaluated_and_used() {
     let evaluate = ["--evaluate", "data", "--json", "quantized.json"];
     let said = sandbox.ok(&[quantize.as_slice(), &evaluate].concat());
     let report = sandbox.json("quantized.json");
+    let command = report["command"].as_str().unwrap();
+    assert!(command.starts_with("evpose quantize --checkpoint run"), "{command}");
     let error = |line: usize| {
         report["precisions"][line]["held_out"]["translation_mm"]["estimate"].as_f64().unwrap()
     };

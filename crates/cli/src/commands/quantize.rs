@@ -7,8 +7,8 @@ use crate::json::write_json;
 use crate::machine::Machine;
 use crate::outputs::OutputFile;
 use crate::progress::{bar, say};
+use crate::provenance::Provenance;
 use crate::ranges::{count, threads};
-use crate::run_info::COMMIT;
 use crate::tasks::PrecisionScores;
 use anyhow::{Result, anyhow};
 use evpose_infer::Precision;
@@ -63,9 +63,10 @@ pub fn run(args: &QuantizeArgs) -> Result<()> {
     ranges.write(&path)?;
     say(format!("ranges of all layers: {}", path.display()));
     let Some(data) = &args.evaluate else { return Ok(()) };
+    let provenance = Provenance::new(Machine::this());
     let scores = model.evaluate_precisions(data, ranges.ranges(), args.stride_ms)?;
     print(&scores);
-    write_json(args.json.as_deref(), &Report::new(scores, args.stride_ms))
+    write_json(args.json.as_deref(), &Report::new(provenance, scores, args.stride_ms))
 }
 
 /// Calibrates on inputs; the first that cannot be read ends the calibration.
@@ -89,8 +90,8 @@ fn calibrate(
 /// Accuracy and latency in reduced precision.
 #[derive(Debug, Serialize)]
 struct Report {
-    machine: Machine,
-    commit: &'static str,
+    #[serde(flatten)]
+    provenance: Provenance,
     threads: usize,
     stride_ms: u32,
     precisions: Vec<Row>,
@@ -106,15 +107,14 @@ struct Row {
 }
 
 impl Report {
-    fn new(scores: Vec<PrecisionScores>, stride_ms: u32) -> Self {
+    fn new(provenance: Provenance, scores: Vec<PrecisionScores>, stride_ms: u32) -> Self {
         let row = |scores: PrecisionScores| Row {
             precision: scores.precision,
             latency_ms: scores.latency_ms,
             held_out: scores.held_out,
         };
         Self {
-            machine: Machine::this(),
-            commit: COMMIT,
+            provenance,
             threads: rayon::current_num_threads(),
             stride_ms,
             precisions: scores.into_iter().map(row).collect(),

@@ -30,6 +30,7 @@ mod outcome;
 mod own_run;
 mod pose_nuisance;
 mod scene_free_verdict;
+mod stage_shares;
 mod subsets;
 mod time_grid;
 
