@@ -2,14 +2,17 @@
 //!
 //! One test: the switch between them holds for the whole process.
 
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+mod golden;
+
 use burn::module::{Module, ModuleMapper, ModuleVisitor, Param};
 use burn::tensor::{DType, Device, Gradients, Tensor, TensorData};
 use evpose_nn::{
     BACKBONES, HandLoss, HandRegressor, HandRegressorConfig, MOVE_ENET, MoveEnet, MoveEnetConfig,
     set_training_kernels,
 };
-
-use crate::golden::{images, targets};
+use golden::{images, targets};
 
 struct Flattened<'a> {
     gradients: &'a Gradients,

@@ -1,6 +1,8 @@
 //! A backbone of another crate inside the hand network: it is computed, trained, traced and stored
 //! as a built-in one.
 
+#![allow(clippy::unwrap_used, reason = "tests")]
+
 use std::sync::Once;
 
 use burn::module::Module;
