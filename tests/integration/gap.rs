@@ -60,7 +60,7 @@ const RUN: [&str; 6] = ["gap", "run", "--measured", "rec.npz", "--scene", "scene
 fn a_hidden_leak_is_identified_added_and_verified() {
     let sandbox = Sandbox::new();
     let leak = "rate_hz = 6.0\nspread_decades = 0.1\njitter = 0.1\n";
-    recorded(&sandbox, &format!("[[effect]]\nname = \"leak_on\"\n{leak}"));
+    recorded_part(&sandbox, &format!("[[effect]]\nname = \"leak_on\"\n{leak}"), 2, FRAMES);
     let (exit, said) = sandbox.ends(&[&RUN[..], &["--quick", "--out", "gap"]].concat());
     assert_eq!(exit, Some(11), "{said}");
     assert!(said.lines().count() < 45, "{said}");
@@ -189,10 +189,10 @@ fn inputs_that_cannot_be_used_end_with_two_and_say_why() {
     assert!(!sandbox.path("gap").exists());
 }
 
-/// A scene config of 60 x 45 pixels whose sensor has these effects beside the ideal ones.
+/// A scene config of 48 x 36 pixels whose sensor has these effects beside the ideal ones.
 fn config(sandbox: &Sandbox, name: &str, effects: &str) {
     let text = format!(
-        "task = \"hand\"\nseed = 1\n[training]\nvalidation_s = 0.1\n[simulation]\nsequences = 2\nseconds = 0.5\nimage_scale = 0.25\n\
+        "task = \"hand\"\nseed = 1\n[training]\nvalidation_s = 0.1\n[simulation]\nsequences = 2\nseconds = 0.4\nimage_scale = 0.2\n\
          threshold_sd = 0.0\nsensor = {{ effect = [ {{ name = \"logarithmic\", dark_offset = 1e-5 \
          }}, {{ name = \"level_crossing\", threshold_on = 0.2, threshold_off = 0.2 }}{effects} ] }}\n"
     );
@@ -264,7 +264,7 @@ fn with_poses_alone_an_effect_is_named_and_a_texture_is_not() {
 fn steps_end_as_a_run_does_and_write_what_they_say() {
     let sandbox = Sandbox::new();
     let leak = "rate_hz = 6.0\nspread_decades = 0.1\njitter = 0.1\n";
-    recorded_part(&sandbox, &format!("[[effect]]\nname = \"leak_on\"\n{leak}"), 2, 601);
+    recorded_part(&sandbox, &format!("[[effect]]\nname = \"leak_on\"\n{leak}"), 2, 301);
     let step = |step: &str, more: &[&str]| {
         let args = ["gap", step, "--quick", "--measured", "rec.npz", "--scene", "scene"];
         sandbox.ends(&[&args[..], more].concat())

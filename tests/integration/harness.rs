@@ -45,14 +45,13 @@ pub(crate) const BODY_TINY: &[&str] = &[
     "evaluation.bootstrap.resamples=50",
 ];
 
-/// The benchmark of the gap workflow, a program of a workspace of its own: built when it is first asked for, with
-/// the profile of the program and beside it.
+/// The benchmark of the gap workflow, a program of another package: built when it is first asked for, with the
+/// profile of the program and beside it.
 pub(crate) static GAPBENCH: LazyLock<PathBuf> = LazyLock::new(|| {
     let built = Path::new(env!("CARGO_BIN_EXE_evpose")).parent().unwrap();
-    let manifest = Path::new(env!("CARGO_MANIFEST_DIR")).join("benchmarks/gap/Cargo.toml");
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or("cargo".into()));
-    command.args(["build", "--quiet", "--locked", "--bin=gapbench", "--manifest-path"]);
-    command.arg(manifest).arg("--target-dir").arg(built.parent().unwrap());
+    command.args(["build", "--quiet", "--locked", "--package=gapbench"]);
+    command.current_dir(env!("CARGO_MANIFEST_DIR")).arg("--target-dir").arg(built.parent().unwrap());
     if built.ends_with("release") {
         command.arg("--release");
     }

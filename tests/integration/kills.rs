@@ -112,6 +112,11 @@ fn simulate() {
     let kills = kill_at_every_write(&Sandbox::new(), &command, &["--resume"]);
     // Config and origin, five files of each of two sequences, the manifest.
     assert_eq!(kills, 13);
+}
+
+#[test]
+#[ignore = "a minute: two runs for each write"]
+fn simulate_bodies() {
     let command = tiny_body(&["simulate", "finetune", "--out", "out"]);
     assert_eq!(kill_at_every_write(&Sandbox::new(), &command, &["--resume"]), 15);
 }
@@ -128,6 +133,7 @@ fn train() {
 }
 
 #[test]
+#[ignore = "a minute: two runs for each write"]
 fn train_bodies() {
     let train = tiny_body(&["train", "pretrain", "--out", "out", "--plain"]);
     let kills = kill_at_every_write(&Sandbox::new(), &[&train[..], SHORT].concat(), &["--resume"]);

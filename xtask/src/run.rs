@@ -151,7 +151,7 @@ mod tests {
 
     #[test]
     fn trees_may_not_hold_crates_of_the_simulator() {
-        let tree = ["tree", "--manifest-path=benchmarks/gap/Cargo.toml"];
+        let tree = ["tree", "--package=gapbench-pixel"];
         assert!(is_refused(&tree, "evpose-sensor v0.1.0 (/here/evpose/crates/sensor)"));
         assert!(!is_refused(&tree, "gapbench-pixel v0.1.0 (/here/evpose/benchmarks/gap/pixel)"));
         assert!(!is_refused(&["test"], "evpose-sensor v0.1.0"));

@@ -42,17 +42,6 @@ macro_rules! with_all_features {
     };
 }
 
-/// A call for the benchmark of the gap workflow, a workspace of its own: what both build is built once.
-macro_rules! of_benchmark {
-    ($command:literal, $rest:literal) => {
-        concat!(
-            $command,
-            " --manifest-path=benchmarks/gap/Cargo.toml --workspace --locked --target-dir=target ",
-            $rest
-        )
-    };
-}
-
 impl Step {
     const fn with_env(self, env: &'static [(&'static str, &'static str)]) -> Self {
         Self { env, ..self }
@@ -71,10 +60,6 @@ impl Step {
 /// Checks that every change must pass.
 pub(crate) const CI: &[Step] = &[
     step("one style", "fmt --all --check"),
-    step(
-        "one style of the benchmark",
-        "fmt --manifest-path=benchmarks/gap/Cargo.toml --all --check",
-    ),
     step("files of a crate import each other in small circles only", "xtask circles"),
     step("names and prose in the words of the glossary", "xtask words"),
     step("figures of pages are those that are stored", "xtask figures --check"),
@@ -91,14 +76,6 @@ pub(crate) const CI: &[Step] = &[
         "doc --workspace --features=gltf --no-deps --quiet",
     )
     .with_env(&[("RUSTDOCFLAGS", "-D warnings")]),
-    step(
-        "lints of the benchmark of the gap workflow",
-        of_benchmark!("clippy", "--all-targets --quiet -- -D warnings"),
-    ),
-    step("documentation of the benchmark", of_benchmark!("doc", "--no-deps --quiet"))
-        .with_env(&[("RUSTDOCFLAGS", "-D warnings")]),
-    // Before the tests of the program, which start it.
-    step("tests of the benchmark of the gap workflow", of_benchmark!("test", "--no-fail-fast")),
     step("tests, with hands of glTF files", "test --workspace --features=gltf --no-fail-fast"),
     // With the features of the step above: nothing is compiled.
     step(
@@ -109,7 +86,7 @@ pub(crate) const CI: &[Step] = &[
     // Its recordings evaluate the gap workflow: a shared formula would be compared with itself.
     step(
         "the benchmark's pixel shares no code with the simulator",
-        "tree --manifest-path=benchmarks/gap/Cargo.toml --package=gapbench-pixel --edges=all --prefix=none --quiet",
+        "tree --package=gapbench-pixel --edges=all --prefix=none --quiet",
     ),
     // Without a network, so with the advisories of the last fetch; a job of its own fetches them for every change.
     step(
@@ -120,7 +97,7 @@ pub(crate) const CI: &[Step] = &[
 ];
 
 /// Steps of [`CI`] before the first that builds the workspace.
-pub(crate) const UNBUILT: usize = 7;
+pub(crate) const UNBUILT: usize = 6;
 
 /// A call for crates that build without Burn and whose unit tests take seconds.
 macro_rules! of_small_crates {
@@ -168,8 +145,8 @@ pub(crate) const SLOW: &[Step] = &[
     // they hold is not compiled, and whether names are free is not asked.
     step(
         "every crate makes a package",
-        "package --workspace --exclude=xtask --exclude=evpose-plugin --exclude=evpose-blob --no-verify --offline \
-         --allow-dirty --quiet",
+        "package --workspace --exclude=xtask --exclude=evpose-plugin --exclude=evpose-blob --exclude=gapbench \
+         --exclude=gapbench-pixel --no-verify --offline --allow-dirty --quiet",
     ),
     step("an engine beside a busy thread", "test --workspace --test=threads -- --ignored"),
     // On wgpu what there is: a GPU, or Mesa's software.
@@ -252,31 +229,6 @@ mod tests {
             });
             assert!(has_all, "{command} of {all:?}");
         }
-    }
-
-    #[test]
-    fn the_benchmark_has_the_versions_lints_and_profiles_of_the_workspace() {
-        let ours = [include_str!("../../Cargo.toml"), include_str!("../../Cargo.lock")];
-        let [manifest, lock] = [
-            include_str!("../../benchmarks/gap/Cargo.toml"),
-            include_str!("../../benchmarks/gap/Cargo.lock"),
-        ];
-        let (_, same) = manifest.split_once("\n# What stands below").expect("what is the same");
-        let is_own = |line: &str| line.starts_with("gapbench-pixel");
-        let others: Vec<&str> = same
-            .lines()
-            .skip(1)
-            .filter(|line| !is_own(line) && !ours[0].lines().any(|our| our == *line))
-            .collect();
-        assert!(others.is_empty(), "{others:?}");
-        let packages = |lock: &'static str| -> Vec<&str> {
-            let all = lock.split("[[package]]\n").skip(1);
-            all.filter_map(|one| Some(one.split_once("\nsource")?.0)).collect()
-        };
-        let known = packages(ours[1]);
-        let others: Vec<&str> =
-            packages(lock).into_iter().filter(|package| !known.contains(package)).collect();
-        assert!(known.len() > 100 && others.is_empty(), "{others:?}");
     }
 
     #[test]
