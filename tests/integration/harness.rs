@@ -51,7 +51,10 @@ pub(crate) static GAPBENCH: LazyLock<PathBuf> = LazyLock::new(|| {
     let built = Path::new(env!("CARGO_BIN_EXE_evpose")).parent().unwrap();
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or("cargo".into()));
     command.args(["build", "--quiet", "--locked", "--package=gapbench"]);
-    command.current_dir(env!("CARGO_MANIFEST_DIR")).arg("--target-dir").arg(built.parent().unwrap());
+    command
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .arg("--target-dir")
+        .arg(built.parent().unwrap());
     if built.ends_with("release") {
         command.arg("--release");
     }
