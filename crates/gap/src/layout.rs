@@ -40,7 +40,7 @@ impl Layout {
         for probe in &PROBES {
             (probe.measure)(view, &mut values);
         }
-        debug_assert_eq!(values.len(), self.entries.len());
+        assert_eq!(values.len(), self.entries.len());
         for (value, entry) in values.iter_mut().zip(&self.entries) {
             if let StatisticKind::Count(_) = entry.kind {
                 // Anscombe's transform (1948): the variance of a Poisson count becomes one.

@@ -109,7 +109,7 @@ impl<'a> Planner<'a> {
             let value = self.add_value(id, storage);
             self.values[value].is_nchw = is_nchw;
             // The allocation relies on it.
-            debug_assert_eq!(value, 0, "the input comes first");
+            assert_eq!(value, 0, "the input comes first");
             return Ok(());
         }
         if id < first {
@@ -143,7 +143,7 @@ impl<'a> Planner<'a> {
             step if step.writes_low_precision() => self.preferred_storage(id)?,
             _ => StorageType::F32,
         };
-        debug_assert!(!node.name.is_empty(), "layers have names");
+        assert!(!node.name.is_empty(), "layers have names");
         let output = self.add_value(id, storage);
         self.push_step(step, inputs, output);
         Ok(())

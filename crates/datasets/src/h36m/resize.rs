@@ -29,7 +29,7 @@ struct Share {
 impl Resizer {
     /// Of frames of `frame_px` columns and rows, in which `crop` must lie.
     pub(super) fn new(crop: &Crop, frame_px: IVec2) -> Self {
-        debug_assert!(crop.is_inside(frame_px));
+        assert!(crop.is_inside(frame_px));
         let size = crop.size(frame_px);
         // All frames of a clip have one crop: weights are computed once.
         Self {

@@ -43,7 +43,7 @@ pub(super) fn patch_features(events: &[Local]) -> Features {
     features.extend(times(events));
     features.extend(pixels.places());
     features.extend(spread(events));
-    debug_assert_eq!(features.len(), COUNT);
+    assert_eq!(features.len(), COUNT);
     std::array::from_fn(|i| features.get(i).copied().unwrap_or(0.0))
 }
 

@@ -120,7 +120,7 @@ fn times_in_a_surrogate_are_uniform_over_their_window() {
 fn p_values_of_poisson_events_are_uniform() {
     const REPEATS: usize = 200;
     const REPLICATES: usize = 19;
-    let size = SensorSize { width: 16, height: 16 };
+    let size = SensorSize { width: 12, height: 12 };
     // The least p over all statistics, and that of each statistic.
     let mut least = vec![0usize; REPLICATES + 2];
     let mut single: BTreeMap<(&str, &str), Vec<f64>> = BTreeMap::new();

@@ -67,7 +67,7 @@ impl<W: Write> FramedWriter<W> {
                 let since = (t[index].0 - base.0) as u32;
                 self.packet.extend(encode(since, x, y, events.polarity()[index]));
             }
-            debug_assert_eq!(self.packet.len(), HEAD + count * EVENT);
+            assert_eq!(self.packet.len(), HEAD + count * EVENT);
             self.out.write_all(&self.packet).map_err(|e| IoError::file(&self.name, "write", e))?;
             from += count;
         }

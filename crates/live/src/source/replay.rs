@@ -210,7 +210,7 @@ impl Source for Replay {
             self.sent = range.end;
             self.last = last;
         }
-        debug_assert!(columns.len() > start, "a packet begins with its first event");
+        assert!(columns.len() > start, "a packet begins with its first event");
         // Before it is waited for: poses may be propagated until there, and not beyond the end.
         self.horizon.store(last.0, Ordering::Relaxed);
         let (began, origin) = *self.began.get_or_insert_with(|| (Instant::now(), first));

@@ -103,7 +103,7 @@ impl TrainingOps for Flex {
 
 /// The values of a contiguous tensor.
 pub(super) fn values(tensor: &FloatTensor<Flex>) -> &[f32] {
-    debug_assert!(tensor.is_contiguous());
+    assert!(tensor.is_contiguous());
     let start = tensor.layout().start_offset();
     &tensor.storage()[start..start + tensor.shape().num_elements()]
 }

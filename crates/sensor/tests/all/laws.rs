@@ -234,7 +234,7 @@ fn what_has_no_neutral_value_must_be_given() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(24))]
+    #![proptest_config(ProptestConfig::with_cases(12))]
 
     #[test]
     fn a_neutral_stage_is_as_good_as_none(fraction in 0.0..1.0, seed: u64) {

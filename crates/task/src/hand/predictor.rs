@@ -37,7 +37,7 @@ pub trait Predictor: Send {
         inputs: &[f32],
         image_size: (usize, usize),
     ) -> Result<Vec<HandPose>, TaskError> {
-        debug_assert_eq!(inputs.len(), times.len() * 2 * image_size.0 * image_size.1);
+        assert_eq!(inputs.len(), times.len() * 2 * image_size.0 * image_size.1);
         self.predict(inputs, image_size)
     }
 }
