@@ -6,7 +6,7 @@ use crate::harness::{Sandbox, stderr, tiny_body};
 
 /// Networks of either kind, in small.
 pub(crate) const BASELINES: [(&str, &str); 2] =
-    [("dhp19-cnn", "width = 0.5"), ("lift-mono", "width = 0.125\nstages = 2")];
+    [("dhp19-cnn", "width = 0.125"), ("lift-mono", "width = 0.125\nstages = 2")];
 
 /// A network of one kind on images of 64x48 pixels.
 pub(crate) fn baseline_config(kind: &str, shape: &str) -> String {
