@@ -53,7 +53,7 @@ impl Step {
 
     /// Whether it runs tests that are ignored elsewhere.
     pub(crate) fn runs_ignored(&self) -> bool {
-        self.cargo.split(" ").any(|arg| arg == "--ignored")
+        self.cargo.split(" ").any(|word| word == "--ignored")
     }
 }
 

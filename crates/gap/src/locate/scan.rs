@@ -150,7 +150,7 @@ impl Search<'_> {
         let rest = levels & !axis.bits();
         let scored = |range: u64| {
             let mut sum = Sums::default();
-            for (level, sums) in sums.iter().enumerate().filter(|(l, _)| range >> l & 1 == 1) {
+            for (_, sums) in sums.iter().enumerate().filter(|(level, _)| range >> level & 1 == 1) {
                 sum.events += sums.events;
                 sum.runs += sums.runs;
             }
