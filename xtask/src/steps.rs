@@ -181,7 +181,7 @@ pub(crate) const SLOW: &[Step] = &[
         "test --workspace --features=gltf --test=integration -- --ignored kills:: no_number",
     ),
     step(
-        "recordings in which an effect is hidden, or none, and poses between two of the network",
+        "recordings in which an effect is hidden, or none, and propagated poses",
         "test --release --test=integration -- --ignored gap:: propagation::",
     ),
     step(

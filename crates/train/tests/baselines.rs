@@ -56,7 +56,7 @@ fn small(config: BaselineConfig, network: BaselineNetworkConfig, steps: u64) -> 
 }
 
 fn cnn(steps: u64) -> BaselineConfig {
-    let network = Dhp19CnnConfig { width: 0.5, ..Dhp19CnnConfig::default() };
+    let network = Dhp19CnnConfig { width: 0.25, ..Dhp19CnnConfig::default() };
     small(BaselineConfig::dhp19_cnn(), BaselineNetworkConfig::Dhp19Cnn(network), steps)
 }
 
@@ -94,12 +94,12 @@ fn in_training(run: &Path, field: &str) -> [f64; 2] {
 fn a_network_of_dhp19_learns_and_finds_joints_on_the_sensor() {
     let folder = tempfile::tempdir().unwrap();
     let run = folder.path().join("cnn");
-    train(&cnn(24), &run, false);
+    train(&cnn(16), &run, false);
     // Black heatmaps are nearly right: what is learnt first shows in where they are largest.
     let [first, second] = in_training(&run, "error_px");
     assert!(second < first, "{first} to {second}");
     let mut checkpoint = BaselineCheckpoint::load(&run, &Device::flex()).unwrap();
-    assert_eq!(checkpoint.config, cnn(24));
+    assert_eq!(checkpoint.config, cnn(16));
     // After so few steps no heatmap reaches its threshold.
     checkpoint.config.decoding.confidence = 0.0;
     let (_, data, _) = recordings();

@@ -64,16 +64,16 @@ fn errors(poses: &BTreeMap<i64, [f32; 3]>, truth: &BTreeMap<i64, [f32; 3]>) -> [
 fn a_third_task_is_simulated_trained_scored_inferred_and_live() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    ok(at, "simulate CONFIG --out train --sequences 240 --seconds 0.5");
+    ok(at, "simulate CONFIG --out train --sequences 160 --seconds 0.5");
     ok(at, "simulate CONFIG --out test --sequences 1 --seconds 1.5 --held-out");
     let text = ok(at, "info test");
     assert!(text.contains("a disc that moves") && text.contains("1 of 1 complete"), "{text}");
     let text = ok(
         at,
-        "train CONFIG --data train --out run --plain --set training.steps=300 \
-         --set training.steps_per_validation=150",
+        "train CONFIG --data train --out run --plain --set training.steps=180 \
+         --set training.steps_per_validation=90",
     );
-    assert!(text.contains("9600 samples") && text.contains("best.bpk"), "{text}");
+    assert!(text.contains("5760 samples") && text.contains("best.bpk"), "{text}");
     let text = ok(at, "info run/best.bpk");
     assert!(text.contains("blobs:") && text.contains("task = \"blob\""), "{text}");
 
