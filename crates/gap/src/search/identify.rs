@@ -111,6 +111,7 @@ impl DataSplits<'_> {
                 tested = other;
             }
         }
+        forward.add_relatives(&mut tested.selection)?;
         let (is_swapped, mut compared) = swap(self, &mut tested.selection)?;
         if is_swapped {
             // Another effect changes what the others are worth.

@@ -10,7 +10,7 @@
 //! 4. `stepwise`: the best `proposals` beside the model so far are fitted (`candidate_fit`) and
 //!    scored on held-out data; the best is added if it is worth its name (`decision`), and all
 //!    parameters are fitted together. This repeats until none is.
-//! 5. `swap_move`: each effect is tested against its rivals beside the others.
+//! 5. `swap_move`: each effect is tested against its rivals beside the others, its `relatives` among them.
 //! 6. `elimination`: effects and parameters that are not worth their names beside the others are
 //!    dropped. Effects are tried in the place of changed parameters (`stepwise`), which may have
 //!    absorbed what they do.
@@ -40,6 +40,7 @@ mod rate_ceiling;
 mod recording_marks;
 mod refinement;
 mod refit;
+mod relatives;
 mod screening;
 mod selection;
 mod significance;

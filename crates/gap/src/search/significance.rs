@@ -30,6 +30,8 @@ const DEGREES: usize = REPLICATES as usize - 1;
 /// Smallest standard deviation of a difference: few replicates of a model with hardly any noise
 /// underestimate it.
 const MIN_DEVIATION: f64 = 4.0;
+/// Fraction of the distance to the gain of one model within which a gain is that of another.
+const NEARER: f64 = 0.5;
 
 /// A difference of the discrepancies of two models on held-out data.
 #[derive(Debug, Clone, Copy)]
@@ -52,6 +54,35 @@ impl Difference {
     }
 }
 
+/// Expectations of two models.
+struct Pair<'a> {
+    layout: &'a Layout,
+    expected: [Expectation; 2],
+}
+
+impl<'a> Pair<'a> {
+    fn new(
+        objective: &Objective<'a>,
+        first: &SensorConfig,
+        second: &SensorConfig,
+    ) -> Result<Self, GapError> {
+        let expected =
+            [objective.expect(first, SCORE_RUNS)?, objective.expect(second, SCORE_RUNS)?];
+        Ok(Self { layout: objective.layout, expected })
+    }
+
+    fn discrepancies(&self, summary: &[f64]) -> [f64; 2] {
+        let of = |expected: &Expectation| discrepancy(&expected.deviations(self.layout, summary));
+        [of(&self.expected[0]), of(&self.expected[1])]
+    }
+
+    /// Discrepancy of the first less that of the second.
+    fn gain(&self, summary: &[f64]) -> f64 {
+        let [first, second] = self.discrepancies(summary);
+        first - second
+    }
+}
+
 /// Compares two models on the data of an objective.
 ///
 /// # Errors
@@ -61,21 +92,39 @@ pub(super) fn difference(
     first: &SensorConfig,
     second: &SensorConfig,
 ) -> Result<Difference, GapError> {
-    let expected = [objective.expect(first, SCORE_RUNS)?, objective.expect(second, SCORE_RUNS)?];
-    let layout = objective.layout;
-    let of = |expected: &Expectation, summary: &[f64]| {
-        discrepancy(&expected.deviations(layout, summary))
-    };
-    let gain_of = |summary: &[f64]| of(&expected[0], summary) - of(&expected[1], summary);
-    let (mean, deviation) = of_replicates(objective, first, gain_of)?;
+    let pair = Pair::new(objective, first, second)?;
+    let (mean, deviation) = of_replicates(objective, first, |summary| pair.gain(summary))?;
     let deviation = deviation.max(MIN_DEVIATION);
-    let gain = gain_of(&objective.measured);
-    let compared = expected[1].mean.iter().filter(|mean| mean.is_finite()).count().max(1) as f64;
-    let left = of(&expected[1], &objective.measured) / (compared * rho_of_chance());
+    let gain = pair.gain(&objective.measured);
+    let means = &pair.expected[1].mean;
+    let compared = means.iter().filter(|mean| mean.is_finite()).count().max(1) as f64;
+    let left = pair.discrepancies(&objective.measured)[1] / (compared * rho_of_chance());
     // A model that fits badly deviates by more than its own runs do.
     let z = (gain - mean) / (deviation * left.max(1.0));
     // Tails of few replicates are wider than normal ones: Student's t would be exact for them.
     Ok(Difference { gain, p: student_upper_tail(z, DEGREES), worsened: 0.0 })
+}
+
+/// Whether the data tell two models apart, in favour of the second: the first is rejected at `level`, and the gain
+/// is nearer to that of runs of the second model than to that of runs of the first. Beside an incomplete model both
+/// may be rejected (Cox 1962), which tells nothing.
+///
+/// # Errors
+/// A model that cannot be built or shown the scene.
+pub(super) fn is_distinguished(
+    objective: &Objective<'_>,
+    first: &SensorConfig,
+    second: &SensorConfig,
+    level: f64,
+) -> Result<bool, GapError> {
+    let difference = difference(objective, first, second)?;
+    if !difference.is_significant(level, 1) {
+        return Ok(false);
+    }
+    let pair = Pair::new(objective, first, second)?;
+    let (of_first, _) = of_replicates(objective, first, |summary| pair.gain(summary))?;
+    let (of_second, _) = of_replicates(objective, second, |summary| pair.gain(summary))?;
+    Ok((of_second - difference.gain).abs() < NEARER * (difference.gain - of_first).abs())
 }
 
 /// As [`difference`], with what the second model explains worse.
@@ -89,8 +138,8 @@ pub(super) fn difference_with_losses(
 ) -> Result<Difference, GapError> {
     // Also under the second model some losses rise by chance: its own runs say by how much.
     let difference = difference(objective, first, second)?;
-    let expected = [objective.expect(first, SCORE_RUNS)?, objective.expect(second, SCORE_RUNS)?];
-    let increase_of = |summary: &[f64]| increase(objective.layout, &expected, summary);
+    let pair = Pair::new(objective, first, second)?;
+    let increase_of = |summary: &[f64]| increase(objective.layout, &pair.expected, summary);
     let (by_chance, _) = of_replicates(objective, second, increase_of)?;
     let increase = increase_of(&objective.measured);
     let decrease = (difference.gain + increase).max(1e-9);
@@ -154,7 +203,49 @@ pub(crate) fn student_upper_tail(t: f64, degrees: usize) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use evpose_core::Plane;
+    use evpose_sensor::EffectConfig;
+
     use super::*;
+    use crate::workflow::ComparisonCase;
+    use crate::{LightSequence, ReferenceScene};
+
+    fn with_thresholds(value: f64) -> SensorConfig {
+        let effects = vec![
+            EffectConfig::new("logarithmic").with("dark_offset", 1e-3),
+            EffectConfig::new("level_crossing")
+                .with("threshold_on", value)
+                .with("threshold_off", value),
+        ];
+        SensorConfig { effects }
+    }
+
+    /// Whether thresholds of .2 and .3 are told apart, either way, in a recording with thresholds of `truth`.
+    fn are_distinguished(truth: f64) -> [bool; 2] {
+        let light = |k: usize, i: usize| {
+            0.3 + 0.2 * (((i % 24) as f32 - 0.05 * k as f32) * 0.8 + (i / 24) as f32).sin()
+        };
+        let plane = |k| (0..24 * 18).map(|i| light(k, i)).collect();
+        let planes = (0..400).map(|k| Plane::from_vec(24, 18, plane(k)).unwrap());
+        let scene = LightSequence::new(1_000.0, planes.collect()).unwrap();
+        let models = [0.2, 0.3].map(with_thresholds);
+        let reference = ReferenceScene::new(scene.clone(), &models[0]).unwrap();
+        let events = reference.simulate(&with_thresholds(truth), 7).unwrap();
+        let ComparisonCase { measured, window, .. } = ComparisonCase::new(&events, scene).unwrap();
+        let layout = Layout::of_all_probes();
+        let objective =
+            Objective::new(&reference, &layout, &measured, window, &models[0], 1).unwrap();
+        let [first, second] = &models;
+        [(first, second), (second, first)]
+            .map(|(a, b)| is_distinguished(&objective, a, b, 0.05).unwrap())
+    }
+
+    #[test]
+    fn between_two_wrong_models_nothing_is_distinguished() {
+        assert_eq!(are_distinguished(0.3), [true, false]);
+        assert_eq!(are_distinguished(0.2), [false, true]);
+        assert_eq!(are_distinguished(0.246), [false, false]);
+    }
 
     #[test]
     fn tails_of_few_replicates_are_those_of_students_t() {

@@ -98,7 +98,7 @@ impl Forward<'_> {
         // Where no candidate does well on the screen, none will beside this base.
         let mut screened = Vec::new();
         for base in bases {
-            screened.push((self.promising(selection, &base)?, base));
+            screened.push((self.promising(selection, &base, &|_| true)?, base));
         }
         let least = |proposed: &[ScreenedTrial]| {
             proposed.iter().map(|one| one.discrepancy).fold(f64::INFINITY, f64::min)
@@ -132,16 +132,20 @@ impl Forward<'_> {
         selection.effects.iter().filter_map(effect).all(|effect| self.estimates.allows(effect))
     }
 
-    /// Candidates that are better on the screen than a model with the effects of a selection.
-    fn promising(
+    /// Candidates of some names that are better on the screen than a model with the effects of a selection.
+    pub(super) fn promising(
         &self,
         selection: &Selection,
         model: &SensorConfig,
+        is_of: &dyn Fn(&str) -> bool,
     ) -> Result<Vec<ScreenedTrial>, GapError> {
         let nuisance: Vec<FreeParameter> = selection.free_parameters();
         let screen = &self.splits.screen;
         let base = ScreeningBase::new(screen, self.estimates, model, nuisance)?;
         let is_free = |one: &ScreenedTrial| {
+            if !is_of(one.name) {
+                return false;
+            }
             let added = one.trial.added_to(model);
             // A readout would replace another one that was selected.
             let keeps_others = selection
@@ -156,7 +160,7 @@ impl Forward<'_> {
     }
 
     /// Promising candidates fitted beside a model with the effects of a selection.
-    fn fitted(
+    pub(super) fn fitted(
         &self,
         selection: &Selection,
         model: &SensorConfig,

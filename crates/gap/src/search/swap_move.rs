@@ -1,14 +1,15 @@
 //! Swap move: each selected effect is tested against its rivals beside the others.
 
 use super::identification::{Contender, DataSplits, FittedCandidate};
+use super::relatives::are_relatives;
 use super::selection::{SelectedEffect, Selection};
-use super::significance::difference;
+use super::significance::{difference, is_distinguished};
 use crate::GapError;
 use crate::candidate::{Trial, without_effect};
 use crate::fit::descend;
 use crate::free_parameter::FreeParameter;
 
-/// Rivals that are tried in the place of an effect.
+/// Rivals that are tried in the place of an effect, beside its relatives.
 const RIVALS: usize = 2;
 /// Gauss-Newton rounds of each fit.
 const ROUNDS: usize = 3;
@@ -36,8 +37,13 @@ pub(super) fn swap(
     let mut compared = Vec::new();
     for i in 0..selection.effects.len() {
         let effect = selection.effects[i].clone();
+        let (relatives, others): (Vec<_>, Vec<_>) = effect
+            .rivals
+            .iter()
+            .filter(|rival| !selection.has(rival.name))
+            .partition(|rival| are_relatives(rival.name, effect.candidate.name));
         let mut fitted = Vec::new();
-        for rival in effect.rivals.iter().filter(|rival| !selection.has(rival.name)).take(RIVALS) {
+        for rival in relatives.into_iter().chain(others.into_iter().take(RIVALS)) {
             fitted.extend(in_place(splits, selection, i, rival)?);
         }
         fitted.retain(|rival| splits.resolves(rival));
@@ -47,8 +53,10 @@ pub(super) fn swap(
         if let Some(best) = fitted.first().cloned()
             && (!is_resolved
                 || best.discrepancy() < selection.discrepancy()
-                    && difference(&splits.held_out, &selection.model, &best.model)?
-                        .is_significant(LEVEL, RIVALS))
+                    // Of relatives none has a better claim to the place than the one that fits best.
+                    && (are_relatives(best.effects[i].candidate.name, effect.candidate.name)
+                        || difference(&splits.held_out, &selection.model, &best.model)?
+                            .is_significant(LEVEL, RIVALS)))
         {
             let own = selection.clone();
             selection.model = best.held_out.model.clone();
@@ -74,8 +82,7 @@ pub(super) fn swap(
         let mut confusable = Vec::new();
         for rival in &fitted {
             // By one test per rival at a mild level: a false "distinguished" names a wrong effect.
-            let distinguished = difference(&splits.held_out, &rival.model, &selection.model)?;
-            if !distinguished.is_significant(LEVEL, 1) {
+            if !is_distinguished(&splits.held_out, &rival.model, &selection.model, LEVEL)? {
                 confusable.push(rival.effects[i].candidate.name);
             }
         }
