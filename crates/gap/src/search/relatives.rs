@@ -1,6 +1,6 @@
 //! Relatives of an effect: those that are known by the same signature.
 //!
-//! A test by a signature cannot tell them apart, and the one that came first may be the wrong one: light that
+//! A test by a signature does not distinguish them, and the one that came first may be the wrong one: light that
 //! is spread over the image and a current in the dark both take contrast where it is dark. So each is a rival
 //! of the others, whether it did well when the effect was selected or not.
 

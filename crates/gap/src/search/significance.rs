@@ -105,9 +105,9 @@ pub(super) fn difference(
     Ok(Difference { gain, p: student_upper_tail(z, DEGREES), worsened: 0.0 })
 }
 
-/// Whether the data tell two models apart, in favour of the second: the first is rejected at `level`, and the gain
+/// Whether the data distinguish two models, in favour of the second: the first is rejected at `level`, and the gain
 /// is nearer to that of runs of the second model than to that of runs of the first. Beside an incomplete model both
-/// may be rejected (Cox 1962), which tells nothing.
+/// may be rejected (Cox 1962), which is no evidence for either.
 ///
 /// # Errors
 /// A model that cannot be built or shown the scene.
@@ -220,7 +220,7 @@ mod tests {
         SensorConfig { effects }
     }
 
-    /// Whether thresholds of .2 and .3 are told apart, either way, in a recording with thresholds of `truth`.
+    /// Whether thresholds of .2 and .3 are distinguished, either way, in a recording with thresholds of `truth`.
     fn are_distinguished(truth: f64) -> [bool; 2] {
         let light = |k: usize, i: usize| {
             0.3 + 0.2 * (((i % 24) as f32 - 0.05 * k as f32) * 0.8 + (i / 24) as f32).sin()
